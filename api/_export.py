@@ -14,7 +14,7 @@ from .coverage.electronics.controllers import CONTROLLERS
 from .coverage.electronics.electronics import Bus, Electronics
 from .formats.firmware.wiring import plan_setup
 from .formats.writing import write_bytes
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 
 
 def formats_of(to: str | Sequence[str]) -> tuple[str, ...]:

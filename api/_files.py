@@ -18,7 +18,7 @@ from .formats.schema.robot_models import RobotFile
 from .formats.schema.scene_models import SceneFile
 from .formats.toml_text import toml_keys
 from .formats.writing import to_toml, write_text
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 
 
 def load(

@@ -9,7 +9,7 @@ from ._improvement import Improvement
 from ._options import called_with
 from ._scene import Scene
 from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 from .objectives.verify import Verifier
 from .placement.redesign import redesign
 from .placement.search.context import SearchContext

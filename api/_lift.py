@@ -6,7 +6,7 @@ from ._scene import Scene
 from ._validation import SetupLike, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.surface_lift import lift_to_surface as lift
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 
 
 def lift_to_surface(

@@ -17,7 +17,7 @@ from .formats.loader import how_found
 from .formats.schema.proposal_models import FoundModel
 from .formats.writing import write_text
 from .objectives.options import ReportOptions
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 from .reporting.terminal import Terminal
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from .formats.schema.separation_models import (
     ShareModel,
 )
 from .formats.writing import write_text
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import Separations
 from .reporting import detection_page
 from .reporting.detection_figure import detection_figure

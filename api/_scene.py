@@ -24,7 +24,8 @@ from .coverage.targets.target import Target
 from .objectives.mount_rules import Limits, Rules
 from .objectives.poses import Pose
 from .objectives.prices import Prices
-from .objectives.scene import CoreScene, Obstacle, as_in_paper
+from .objectives.scene import Obstacle, as_in_paper
+from .objectives.scene import Scene as CoreScene
 
 _KEYS = (
     "robot",

@@ -22,7 +22,8 @@ from .coverage.targets.target import Target, standalone
 from .formats.schema.scene_models import SceneModel
 from .objectives.mount_rules import Limits, Rules
 from .objectives.prices import Prices
-from .objectives.scene import CoreScene, Obstacle
+from .objectives.scene import Obstacle
+from .objectives.scene import Scene as CoreScene
 from .objectives.turned_cell import turned_scene
 
 

@@ -12,7 +12,7 @@ from ._trajectory import Trajectory
 from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot
 from .objectives.poses import Pose
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 
 Poses = Trajectory | Sequence[Pose] | Sequence[Sequence[float]] | Any
 

@@ -13,7 +13,7 @@ from ._validation import check_scene, check_search_sight
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
 from .objectives.criterion import Criterion, check_criterion
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 from .objectives.verify import Verifier
 from .placement.bound.coverage_bound import CoverageBound
 from .placement.search import search as searching

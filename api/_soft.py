@@ -20,7 +20,7 @@ from ._scene import Scene, core_scene
 from ._validation import SetupLike, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.ring_kinematics import RingArrays, ring_arrays
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 from .objectives.soft_coverage import SoftCoverage
 from .objectives.target_points import TargetPoints
 

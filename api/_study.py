@@ -21,7 +21,7 @@ from .coverage.targets.target import Target
 from .formats.layouts.layout import PublishedLayout
 from .formats.optional_dependencies import require
 from .formats.writing import output_files, write_text
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 from .placement.space.design import Space
 from .placement.space.feasible_set import InfeasibleError
 from .studies.engine.estimate import Estimate, calibration, rehearsed

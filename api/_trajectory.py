@@ -11,7 +11,7 @@ from ._arguments import number, whole
 from ._errors import InputError, input_errors
 from .coverage.robots.robot import Robot
 from .formats.recorded_motion import check_limits, read_record, with_record
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 from .objectives.trajectory import MotionRecord, Thinning, recorded, thin
 
 

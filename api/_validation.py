@@ -16,7 +16,7 @@ from .formats.schema.mounted_sensor_models import links_text
 from .formats.schema.ring_models import RingModel, ring_models
 from .formats.schema.scene_models import SceneModel
 from .objectives.occlusion import own_link_fault
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import separations
 from .objectives.target_voxels import check_beams, check_voxel, target_voxels
 

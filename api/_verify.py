@@ -18,7 +18,7 @@ from .coverage.voxels.volume_tally import Bracket
 from .objectives.calibration_effect import calibration_effect
 from .objectives.dark_clothing import judge_dark, verify_dark
 from .objectives.options import VerifyOptions
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 from .objectives.verified import Verified, lifted
 from .objectives.verify import VOXEL, Verifier
 from .objectives.verify_breakdown import mean_by_part

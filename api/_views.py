@@ -12,7 +12,7 @@ from ._errors import InputError, input_errors, writable
 from ._scene import Scene
 from ._validation import SetupLike, check_scene, resolve_setup
 from .coverage.soft.sampling import EmptySolidError
-from .objectives.scene import CoreScene
+from .objectives.scene import Scene as CoreScene
 
 if TYPE_CHECKING:
     from .viewer.server import Server

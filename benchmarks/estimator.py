@@ -23,7 +23,7 @@ from place_rings.coverage.rings.ring_kinematics import RingArrays, ring_arrays, 
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.soft.sampling import sample
 from place_rings.coverage.solids.cones import Cones, cone
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.objectives.soft_coverage import SoftCoverage
 
 # m, from the widest to the sharpest
@@ -39,7 +39,7 @@ Method = Callable[[float], Any]
 class Task:
     """The setup, and the points in the target."""
 
-    scene: CoreScene
+    scene: Scene
     arrays: RingArrays
     values: np.ndarray
     """(3, R) positions, tilts and phases."""

@@ -11,12 +11,12 @@ import numpy as np
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.targets.posed_robot import robot_curve
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 
 _TRIED = 4_000  # points drawn at once
 
 
-def estimate(scene: CoreScene, setup: Setup, points: int, seed: int) -> tuple[float, float]:
+def estimate(scene: Scene, setup: Setup, points: int, seed: int) -> tuple[float, float]:
     """Return ζ of V_S by random points at the first pose, and half its 95 % interval.
 
     Args:
@@ -55,7 +55,7 @@ def estimate(scene: CoreScene, setup: Setup, points: int, seed: int) -> tuple[fl
     return zeta, 1.96 * math.sqrt(max(zeta * (1 - zeta), 1 / points) / points)
 
 
-def _shell(scene: CoreScene, radius: float, points: int, seed: int) -> Any:
+def _shell(scene: Scene, radius: float, points: int, seed: int) -> Any:
     """Draw points (N, 3) m in the shell: in the tube of its radius and outside that of V_R."""
     curve = robot_curve(scene.robot, scene.poses[0].q, scene.curve)
     centre, normal, first = curve.discs(scene.curve.points_per_bend)
@@ -78,7 +78,7 @@ def _shell(scene: CoreScene, radius: float, points: int, seed: int) -> Any:
     return np.concatenate(kept)[:points]
 
 
-def _sensors(scene: CoreScene, setup: Setup, frames: Any) -> tuple[Any, Any]:
+def _sensors(scene: Scene, setup: Setup, frames: Any) -> tuple[Any, Any]:
     """Return apexes (S, 3) m and axes (S, 3) of all sensors, base frame."""
     apexes, axes = [], []
     for ring in setup.rings:
@@ -96,7 +96,7 @@ def _sensors(scene: CoreScene, setup: Setup, frames: Any) -> tuple[Any, Any]:
     return np.array(apexes), np.array(axes)
 
 
-def _bodies(scene: CoreScene, frames: Any) -> tuple[Any, Any, Any]:
+def _bodies(scene: Scene, frames: Any) -> tuple[Any, Any, Any]:
     """Return starts, ends and radii of the robot's capsules, m, base frame."""
     ends = []
     for body in scene.robot.bodies:

@@ -14,7 +14,7 @@ from common import absent, busy, installed, say, table
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.named_layouts import layout_in, ring_layout
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.context import SearchContext
 from place_rings.placement.search.options import SearchOptions
@@ -66,7 +66,7 @@ def report(full: bool) -> list[str]:
 
 def near_stops() -> list[str]:
     """Measure the near stops of the paper's layout and of a proposal; return blocks of Markdown."""
-    scene, rows = CoreScene(), []
+    scene, rows = Scene(), []
     space, context = Space(scene, ring_layout(scene, 2, 16)), SearchContext(Verifier(scene))
     proposal = search(space, SearchOptions(), context).setup
     setups = {"n2_16_25": layout_in(scene, "n2_16_25"), "proposal": proposal}
@@ -84,7 +84,7 @@ def near_stops() -> list[str]:
     ]
 
 
-def near_share(setup: Setup, scene: CoreScene, as_proposed: bool) -> float:
+def near_share(setup: Setup, scene: Scene, as_proposed: bool) -> float:
     """Return the share of sensors that keep the near stop along the route of a mount check."""
     motion = replace(scene.motion, rings_as_proposed=as_proposed)
     scene, setup = replace(with_cell(scene), motion=motion), rounded(setup, scene.sensor)

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from place_rings.coverage.rings.ring import Setup
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.mounting import meeting
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.search.exchange import share_of
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.space.design import Candidate, Space
@@ -63,7 +63,7 @@ class PeerObjective:
     """
 
     def __init__(
-        self, scene: CoreScene, layout: Setup, seed: int, watch: Watch, points: int = POINTS
+        self, scene: Scene, layout: Setup, seed: int, watch: Watch, points: int = POINTS
     ) -> None:
         """Draw the points."""
         self.watch, self.space, self._rings = watch, Space(scene, layout), layout.rings
@@ -72,7 +72,7 @@ class PeerObjective:
         self._free = self.high > self.low
         self.size = int(self._free.sum())
 
-    def _bounds(self, scene: CoreScene) -> tuple[Float[np.ndarray, "3 R"], ...]:
+    def _bounds(self, scene: Scene) -> tuple[Float[np.ndarray, "3 R"], ...]:
         edges = []
         for ring in self._rings:
             position = scene.limits_of(ring.link).position

@@ -10,7 +10,7 @@ from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.space.design import Space
 from place_rings.simulation.pick_and_place import pick_and_place
 
@@ -33,7 +33,7 @@ class Question:
     task_poses: int = 0
     """Poses of the paper's task, at equal time steps; 0: those of the scene."""
 
-    def made(self) -> CoreScene:
+    def made(self) -> Scene:
         """Return the scene."""
         scene = SceneModel.model_validate(self.scene).to_domain()
         if not self.task_poses:
@@ -42,7 +42,7 @@ class Question:
         steps = np.round(np.linspace(0, len(q) - 1, self.task_poses)).astype(int)
         return replace(scene, poses=tuple(Pose(q[i]) for i in steps))
 
-    def space(self, scene: CoreScene) -> Space:
+    def space(self, scene: Scene) -> Space:
         """Return the setups to choose from."""
         if self.sensors:
             return Space(scene, sensors=self.sensors)

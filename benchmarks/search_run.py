@@ -15,7 +15,7 @@ from typing import Any
 from place_rings.coverage.rings.ring import Setup
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.feasibility.violations import faults
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.context import SearchContext
 from place_rings.placement.search.options import SearchOptions
@@ -26,7 +26,7 @@ _VOXEL = 0.01  # m, of the exact count
 _DRAWN = 100_000  # random points that check the answer of one of SIZES
 
 
-def exact(scene: CoreScene, setup: Setup, aim: Criterion, voxel: float = _VOXEL) -> float | None:
+def exact(scene: Scene, setup: Setup, aim: Criterion, voxel: float = _VOXEL) -> float | None:
     """Return the exact value of an answer, percent; None for one that breaks a rule."""
     if faults(scene, setup.rings):
         return None

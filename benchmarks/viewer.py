@@ -7,7 +7,7 @@ import time
 from common import busy, say, table
 from place_rings.coverage.occlusion.occlusion_mode import OCCLUSIONS
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
@@ -28,7 +28,7 @@ def off() -> float:
     """
     worst = 0.0
     for occlusion in OCCLUSIONS:
-        scene = CoreScene(occlusion=occlusion)
+        scene = Scene(occlusion=occlusion)
         room, verifier = ViewerSession(scene, {"": named_setup(SETUPS[0])}), Verifier(scene)
         for setup in map(named_setup, SETUPS):
             for target in room.targets:
@@ -42,7 +42,7 @@ def waits(occlusion: str, events: int) -> list[float]:
     loopback.
     """
     found = []
-    room = ViewerSession(CoreScene(occlusion=occlusion), {MOVED: named_setup(MOVED)})
+    room = ViewerSession(Scene(occlusion=occlusion), {MOVED: named_setup(MOVED)})
     with Server(room) as server:
         client = Client(server.url)
         client.until(lambda: client.zeta("V_OT") is not None, "the page says no ζ")
@@ -63,7 +63,7 @@ def first_paint(visits: int) -> list[tuple[str, str]]:
         return [("no Chromium on this machine", "-")]
     names = ("first paint", "coverage", "scene fitted and drawn")
     found: dict[str, list[float]] = {name: [] for name in names}
-    room = ViewerSession(CoreScene(), {MOVED: named_setup(MOVED)})
+    room = ViewerSession(Scene(), {MOVED: named_setup(MOVED)})
     with Server(room) as server, chromium() as browser:
         for _ in range(visits):
             began = time.perf_counter()

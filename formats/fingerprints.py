@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from .schema.scene_models import SceneModel
 
 
@@ -15,7 +15,7 @@ def file_sha256(name: str) -> str:
         return ""
 
 
-def scene_sha256(scene: CoreScene) -> str:
+def scene_sha256(scene: Scene) -> str:
     """Return the SHA-256 of a scene's record as JSON, in hexadecimal."""
     text = SceneModel.record_of(scene).model_dump_json()
     return hashlib.sha256(text.encode()).hexdigest()

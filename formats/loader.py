@@ -15,7 +15,7 @@ from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..coverage.targets.target import Target
 from ..objectives.named_layouts import layout_in
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from .model_reader import beside_of, file_and_table, read_model
 from .obstacle_meshes import with_attached_meshes, with_meshes
 from .recorded_motion import with_record
@@ -43,7 +43,7 @@ def read_robot(path: Path) -> Robot:
     return robot_of(read_model(path, RobotFile))
 
 
-def read_scene(path: Path, robot: Robot | None = None) -> CoreScene:
+def read_scene(path: Path, robot: Robot | None = None) -> Scene:
     """Return the scene in a TOML file.
 
     Args:
@@ -56,7 +56,7 @@ def read_scene(path: Path, robot: Robot | None = None) -> CoreScene:
     return _scene(path, read_model(path, SceneFile, robot))
 
 
-def _scene(path: Path, file: SceneModel, key: str = "") -> CoreScene:
+def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
     """Return the scene of the file at ``path``, with the meshes and recorded poses that it names
     below ``key``."""
 
@@ -84,7 +84,7 @@ def read_target(path: Path, robot: Robot = UR10) -> Target:
         raise UserError(f"{path}: base: found {file.base}, allowed: {error}") from error
 
 
-def with_sensor(scene: CoreScene, sensor: Sensor | None) -> CoreScene:
+def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
     """Return ``scene`` with ``sensor``, if given; fixed rings and single sensors that had the
     scene's sensor receive it too."""
     if sensor is None:
@@ -100,9 +100,7 @@ def with_sensor(scene: CoreScene, sensor: Sensor | None) -> CoreScene:
     return replace(scene, sensor=sensor, rules=rules)
 
 
-def read_proposal(
-    path: Path, sensor: Sensor | None = None
-) -> tuple[Setup, CoreScene, ProposalFile]:
+def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scene, ProposalFile]:
     """Return setup, scene and whole file of a proposal.
 
     Args:
@@ -122,10 +120,10 @@ def read_proposal(
 
 def resolve(
     name_or_path: str,
-    scene: CoreScene | None,
+    scene: Scene | None,
     sensor: Sensor | None = None,
     frames: "FramePattern | None" = None,
-) -> tuple[Setup, CoreScene]:
+) -> tuple[Setup, Scene]:
     """Return a setup and its scene.
 
     A name of the paper's layouts is resolved in ``scene``. A file with sensors is fitted there: a
@@ -145,7 +143,7 @@ def resolve(
     path = Path(name_or_path)
     scene = with_sensor(scene, sensor) if scene else None
     if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path):
-        scene = scene or with_sensor(CoreScene(), sensor)
+        scene = scene or with_sensor(Scene(), sensor)
         try:
             setup = layout_in(scene, name_or_path)
             ring_models(setup, scene.sensor)  # the limits of files hold for names, too
@@ -154,7 +152,7 @@ def resolve(
         except ValueError as error:
             raise UserError(f"setup: {error}") from error
     elif (kind := _suffix(name_or_path)) in _SENSOR_LISTS:
-        scene = scene or with_sensor(CoreScene(), sensor)
+        scene = scene or with_sensor(Scene(), sensor)
         setup = _mounted(path, scene, frames)
     else:
         if not kind and not path.exists():
@@ -181,7 +179,7 @@ def resolve(
     return setup, scene
 
 
-def _mounted(path: Path, scene: CoreScene, frames: "FramePattern | None") -> Setup:
+def _mounted(path: Path, scene: Scene, frames: "FramePattern | None") -> Setup:
     """Return the setup in a file with sensors. Its reader is imported here: few commands read such
     a file, and a URDF's loads SciPy."""
     match path.suffix.lower():

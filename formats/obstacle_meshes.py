@@ -11,7 +11,7 @@ from ..coverage.definitions.errors import UserError, shown
 from ..coverage.definitions.field_types import FARTHEST, LONGEST_NAME
 from ..coverage.robots.attached import Attached
 from ..coverage.solids.polyhedra import MOST_FACES, hull
-from ..objectives.scene import CoreScene, Obstacle
+from ..objectives.scene import Obstacle, Scene
 from ..objectives.turned_cell import turned_attached, turned_obstacle
 from .mesh_readers.mesh_numbers import MeshError
 from .mesh_readers.scene_mesh import read_scene_mesh
@@ -27,8 +27,8 @@ _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
 
 def with_meshes(
-    scene: CoreScene, models: list[ObstacleModel], where: str, read: Any, turn: bool
-) -> CoreScene:
+    scene: Scene, models: list[ObstacleModel], where: str, read: Any, turn: bool
+) -> Scene:
     """Return ``scene`` with the meshes of its file; each connected part counts by its convex hull.
 
     Args:
@@ -47,8 +47,8 @@ def with_meshes(
 
 
 def with_attached_meshes(
-    scene: CoreScene, models: list[AttachedModel], where: str, read: Any, turn: bool
-) -> CoreScene:
+    scene: Scene, models: list[AttachedModel], where: str, read: Any, turn: bool
+) -> Scene:
     """Return ``scene`` with the attached meshes of its file; each connected part counts by its
     convex hull. For arguments and errors see ``with_meshes``."""
     attached = [

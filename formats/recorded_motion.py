@@ -10,7 +10,7 @@ from jaxtyping import Float
 from ..coverage.definitions.errors import UserError
 from ..coverage.robots.joint_values import in_file_units
 from ..coverage.robots.robot import Robot
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from ..objectives.trajectory import CELL, CELLS, MotionRecord, Thinning, recorded, thin
 from .motion_csv import MotionReader
 from .schema.field_types import MOST_DEG_S
@@ -57,8 +57,8 @@ def read_record(path: Path, robot: Robot, degrees: bool = False, raw: bool = Fal
 
 
 def with_record(
-    scene: CoreScene, path: Path, how: Thinning | None = None, degrees: bool = False
-) -> CoreScene:
+    scene: Scene, path: Path, how: Thinning | None = None, degrees: bool = False
+) -> Scene:
     """Return ``scene`` with poses from a recorded motion in place of its own.
 
     Raises:

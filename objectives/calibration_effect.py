@@ -7,12 +7,12 @@ import numpy as np
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_axes
 from ..coverage.robots.kinematics import forward
-from .scene import CoreScene
+from .scene import Scene
 from .verified import CalibrationEffect
 from .verify import Verifier
 
 
-def largest_move(scene: CoreScene, setup: Setup) -> float:
+def largest_move(scene: Scene, setup: Setup) -> float:
     """Return how far the calibration moves a sensor of a setup at a pose of the scene, m, at
     most."""
     q = np.array([pose.q for pose in scene.poses], float)

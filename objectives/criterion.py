@@ -11,7 +11,7 @@ from ..coverage.choices import Losing
 from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, draw_errors
 from ..coverage.rings.ring import Setup
 from .redundancy import redundancy
-from .scene import CoreScene
+from .scene import Scene
 from .tolerance import exact_zetas, mounted_cones, nominal_cones
 from .verified import weighted_mean
 from .verify import Verifier
@@ -112,7 +112,7 @@ def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, floa
     return short, weighted_mean(weights, means)
 
 
-def check_criterion(scene: CoreScene, aim: Criterion) -> None:
+def check_criterion(scene: Scene, aim: Criterion) -> None:
     """Reject combinations of scene and criterion that are not defined.
 
     The loss that is worst for one goal may not be the worst for another, so floors cannot be

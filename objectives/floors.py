@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.arrays import Array, namespace
-from .scene import CoreScene
+from .scene import Scene
 
 MARGIN = 0.003  # added to a floor, so that a soft value that reaches it also does when counted
 # of the soft minimum over N values, which exceeds the minimum by at most this times log N
@@ -14,7 +14,7 @@ TEMPERATURE = 0.005
 STEEP = 300.0  # of the penalty below a floor: 0.01 short costs 0.03, with a slope of 6
 
 
-def floors(scene: CoreScene) -> Float[np.ndarray, " G"]:
+def floors(scene: Scene) -> Float[np.ndarray, " G"]:
     """Return the floor of each goal's zeta, ``MARGIN`` included; -1 for a goal without one."""
     return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.targets])
 

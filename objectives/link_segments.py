@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float, Int
 
-from .scene import CoreScene
+from .scene import Scene
 
 # share of a link: files round positions to it, so bounds and spacings are rounded to the safe side
 GRAIN = 1e-6
@@ -65,7 +65,7 @@ class Room:
     """Extents of a ring's envelope towards distal, with the clearance, and towards proximal, m."""
 
 
-def segments(scene: CoreScene, rooms: Mapping[str, Room] | None = None) -> list[Segment]:
+def segments(scene: Scene, rooms: Mapping[str, Room] | None = None) -> list[Segment]:
     """Return all segments of all links on which new rings may sit.
 
     Limits, keep-outs, joints and fixed rings bound them, and where rings have bodies also the

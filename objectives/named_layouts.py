@@ -8,10 +8,10 @@ import numpy as np
 from ..coverage.rings.ring import Ring, Setup, named_setup
 from .feasibility.clearance import MountClearance
 from .feasibility.ring_envelopes import closable, envelope
-from .scene import CoreScene
+from .scene import Scene
 
 
-def layout_in(scene: CoreScene, name: str) -> Setup:
+def layout_in(scene: Scene, name: str) -> Setup:
     """Return the layout of a name such as ``n2_16_25`` in a scene.
 
     Without bodies it is the paper's own: on the lines between the joints, at the scene's radius.
@@ -29,7 +29,7 @@ def layout_in(scene: CoreScene, name: str) -> Setup:
     return Setup(tuple(_mounted(scene, r) if r.link in links else r for r in setup.rings))
 
 
-def _mounted(scene: CoreScene, ring: Ring) -> Ring:
+def _mounted(scene: Scene, ring: Ring) -> Ring:
     mount = scene.robot.mount(ring.link)
     ring = replace(ring, radius=scene.radius_of(ring.link))
     if mount.length == 0:
@@ -39,7 +39,7 @@ def _mounted(scene: CoreScene, ring: Ring) -> Ring:
     return replace(ring, position=min(max(place, 0.0), 1.0))
 
 
-def ring_layout(scene: CoreScene, rings_per_link: int, sensors_per_ring: int) -> Setup:
+def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Setup:
     """Return a layout with evenly spaced rings without tilt.
 
     Every link with a length carries ``rings_per_link`` rings, each other link one. Fixed rings take

@@ -20,7 +20,7 @@ from ..coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ..coverage.robots.ring_section import tube_of
 from ..coverage.solids.base import Parts
 from ..coverage.solids.cones import Cones
-from .scene import CoreScene
+from .scene import Scene
 
 _NOTHING = 0.01  # share of its cone below which a sensor counts as occluded
 _SAMPLES = 512  # points sampled in each cone to detect occluded sensors
@@ -30,7 +30,7 @@ class BodilessError(ValueError):
     """A robot without bodies in a scene whose occlusion model needs them."""
 
 
-def check_bodies(scene: CoreScene, occlusion: Occlusion) -> None:
+def check_bodies(scene: Scene, occlusion: Occlusion) -> None:
     """Raise ``BodilessError`` if the occlusion model needs the robot's bodies and it has none."""
     if occlusion != "ignore" and not scene.robot.bodies:
         raise BodilessError(
@@ -40,7 +40,7 @@ def check_bodies(scene: CoreScene, occlusion: Occlusion) -> None:
 
 
 def occluders(
-    scene: CoreScene, q: Float[np.ndarray, " J"], occlusion: Occlusion | None = None
+    scene: Scene, q: Float[np.ndarray, " J"], occlusion: Occlusion | None = None
 ) -> Occluders:
     """Return the occluders of a scene at joint angles ``q`` (J,) rad.
 
@@ -56,9 +56,7 @@ def occluders(
     return Occluders(capsules, (*bodies, *carried_polyhedra(scene.robot, q)))
 
 
-def sight(
-    scene: CoreScene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: bool = False
-) -> Parts:
+def sight(scene: Scene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: bool = False) -> Parts:
     """Return the visible parts of sensor cones under the scene's occlusion model.
 
     Args:
@@ -76,14 +74,14 @@ def sight(
 
 
 def setup_sight(
-    scene: CoreScene, setup: Setup, q: Float[np.ndarray, " J"], bracketed: bool = False
+    scene: Scene, setup: Setup, q: Float[np.ndarray, " J"], bracketed: bool = False
 ) -> Parts:
     """Return the visible parts of a setup's beams and, after them, of the cell's sensors; see
     ``sight``."""
     return sight(scene, sensor_cones(scene.robot, scene.with_cell(setup), q), q, bracketed)
 
 
-def own_link_fault(scene: CoreScene, setup: Setup) -> str | None:
+def own_link_fault(scene: Scene, setup: Setup) -> str | None:
     """Return a message on the first sensor whose apex lies within the tube of its own link; None if
     there is none.
 
@@ -131,7 +129,7 @@ class Unseeing:
     """Name of a single sensor or of one of the cell; empty for a sensor of a ring."""
 
 
-def unseeing(scene: CoreScene, setup: Setup) -> list[Unseeing]:
+def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
     """Return the sensors of ``setup`` and of the cell that see less than a hundredth of their
     beams at some poses.
 

@@ -37,7 +37,7 @@ from ..coverage.targets.target import Target
 from .feasibility.clearance import MountClearance
 from .link_segments import TILTS
 from .occlusion import occluders, setup_sight
-from .scene import CoreScene
+from .scene import Scene
 
 _POINTS = 8192  # sampled in the target, over all poses
 _POSES = 16  # most poses, drawn from the scene's
@@ -80,7 +80,7 @@ class PlaceGrid(NamedTuple):
 
 
 def beyond_sensors(
-    scene: CoreScene, target: Target, points: int = _POINTS, besides: Setup | None = None
+    scene: Scene, target: Target, points: int = _POINTS, besides: Setup | None = None
 ) -> Beyond:
     """Return the share of ``target`` that no layout of ``scene`` covers, as a mean over the poses.
 
@@ -113,7 +113,7 @@ def beyond_sensors(
     return Beyond(float(weights @ shares), 1.96 * math.sqrt(variance))
 
 
-def _places(scene: CoreScene) -> list[PlaceGrid]:
+def _places(scene: Scene) -> list[PlaceGrid]:
     """Return the grids of rings on all links on which the rules leave room."""
     clear, grids = MountClearance(scene) if scene.real else None, []
     for mount in scene.robot.mounts:
@@ -159,7 +159,7 @@ def _cells(ends: list[tuple[float, float]], more: float) -> tuple[Float[np.ndarr
 
 
 def beyond(
-    scene: CoreScene,
+    scene: Scene,
     points: Float[np.ndarray, "N 3"],
     pose: int,
     besides: Setup | None = None,

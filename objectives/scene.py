@@ -55,7 +55,7 @@ class Obstacle:
 
 
 @dataclass(frozen=True)
-class CoreScene:
+class Scene:
     """A scene. The default is the reference scene: a UR10 in one pose, V_S(0.5), the sensor of the
     paper, real mounts and self-occlusion. ``paper_scene`` gives the scene of the paper.
 
@@ -268,12 +268,12 @@ class CoreScene:
         return share
 
 
-def as_in_paper(scene: CoreScene) -> CoreScene:
+def as_in_paper(scene: Scene) -> Scene:
     """Return ``scene`` in the paper's world: transparent bodies, and rings without bodies that sit
     on the lines between the joints."""
     return replace(scene, occlusion="ignore", rules=replace(scene.rules, mount="free"))
 
 
-def paper_scene(**fields: Any) -> CoreScene:
-    """Return a scene with these fields of ``CoreScene``, in the paper's world."""
-    return as_in_paper(CoreScene(**fields))
+def paper_scene(**fields: Any) -> Scene:
+    """Return a scene with these fields of ``Scene``, in the paper's world."""
+    return as_in_paper(Scene(**fields))

@@ -9,7 +9,7 @@ from ..coverage.processors import processors
 from ..coverage.rings.ring import Setup, ring_values
 from ..coverage.rings.ring_kinematics import ring_arrays
 from .robustness import RingSensitivity
-from .scene import CoreScene
+from .scene import Scene
 from .soft_coverage import SoftCoverage
 from .target_points import TargetPoints
 
@@ -21,7 +21,7 @@ _POINTS, _NEAREST = 24576, 8192  # of all goals and poses together, and those of
 _FEWEST = 64  # of each goal at each pose
 
 
-def sensitivity(scene: CoreScene, setup: Setup, seed: int = 0) -> tuple[RingSensitivity, ...]:
+def sensitivity(scene: Scene, setup: Setup, seed: int = 0) -> tuple[RingSensitivity, ...]:
     """Return the sensitivity of each ring of a setup, on points drawn in the targets.
 
     Raises:

@@ -8,7 +8,7 @@ from ..coverage.definitions.definition import definition
 from ..coverage.robots.protective_volume import distances, moving
 from ..coverage.robots.separation_distance import Safety, Terms, separation
 from ..coverage.targets.target import Target
-from .scene import CoreScene
+from .scene import Scene
 
 
 @definition
@@ -57,7 +57,7 @@ class Separations:
         return cls(least, mean, float(terms.total), fastest, known, *each)
 
 
-def separations(scene: CoreScene, target: Target) -> Separations | None:
+def separations(scene: Scene, target: Target) -> Separations | None:
     """Return the separation distances of ``target`` at the scene's poses; None unless it is V_P.
 
     Raises:

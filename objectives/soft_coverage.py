@@ -18,7 +18,7 @@ from ..coverage.rings.ring_kinematics import RingArrays
 from ..coverage.soft.estimator import SHARP
 from .criterion import Criterion
 from .occlusion import check_bodies
-from .scene import CoreScene
+from .scene import Scene
 from .soft_terms import Sample, SoftTerms, Term
 
 # The sensors are chosen in a function of its own: within that of the gradient, XLA would choose
@@ -35,7 +35,7 @@ class SoftCoverage:
 
     def __init__(
         self,
-        scene: CoreScene,
+        scene: Scene,
         terms: Sequence[Term],
         points: Sequence[Float[np.ndarray, "N 3"]],
         aim: Criterion | None = None,

@@ -30,7 +30,7 @@ from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron
 from .criterion import Criterion
 from .floors import floors, soft_minimum, worth
-from .scene import CoreScene
+from .scene import Scene
 
 _STRAIGHT = np.array([[[1.0, 0.0, 0.0]]], np.float32)  # the seat of a sensor that does not err
 Term = tuple[int, int]  # goal and pose
@@ -90,7 +90,7 @@ class SoftTerms:
     """Number of the cell's sensors, which come last."""
 
     @staticmethod
-    def of(scene: CoreScene, terms: Sequence[Term], aim: Criterion) -> "SoftTerms":
+    def of(scene: Scene, terms: Sequence[Term], aim: Criterion) -> "SoftTerms":
         """Return the terms of a scene; for several mountings all of the first come first."""
         goal, pose = (np.array(column) for column in zip(*terms, strict=True))
         mounting = np.arange(len(terms)) // (len(terms) // aim.mountings)

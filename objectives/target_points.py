@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from .scene import CoreScene
+from .scene import Scene
 
 
 class TargetPoints:
     """Points of every goal at every pose of a scene, drawn once: targets do not depend on rings."""
 
-    def __init__(self, scene: CoreScene, count: int, seed: int, mountings: int = 1) -> None:
+    def __init__(self, scene: Scene, count: int, seed: int, mountings: int = 1) -> None:
         """Draw ``count`` points in each goal at each pose, separately for each mounting.
 
         The Monte Carlo error then averages out over the mountings, so fewer points suffice.

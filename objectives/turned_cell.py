@@ -10,10 +10,10 @@ from ..coverage.robots.attached import Attached
 from ..coverage.robots.base_frame import HALF_TURN, turned, turned_rpy
 from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron
-from .scene import CoreScene, Obstacle
+from .scene import Obstacle, Scene
 
 
-def states_coordinates(scene: CoreScene) -> bool:
+def states_coordinates(scene: Scene) -> bool:
     """Return whether a scene states coordinates in the base frame that half a turn changes."""
     singles, attached = scene.standing, scene.robot.attached
     return (
@@ -24,7 +24,7 @@ def states_coordinates(scene: CoreScene) -> bool:
     )
 
 
-def turned_scene(scene: CoreScene) -> CoreScene:
+def turned_scene(scene: Scene) -> Scene:
     """Return the scene with all that it states in the base frame turned: obstacles, volumes and
     weights of targets, walkable areas, sensors of the cell, and what is fixed or attached to the
     link ``base``."""

@@ -22,7 +22,7 @@ from ..coverage.voxels.volume_tally import Bracket
 from .feasibility.mounting import Fault
 from .occlusion import Unseeing
 from .reach import Beyond
-from .scene import CoreScene
+from .scene import Scene
 from .separation_summary import Separations, separations
 
 
@@ -277,7 +277,7 @@ class Verified(WithInterval):
         keys: dict[str, Any] = adapter(Verified).dump_python(self, mode=mode, by_alias=True)
         return keys
 
-    def in_scene(self, name: str, scene: CoreScene) -> Self:
+    def in_scene(self, name: str, scene: Scene) -> Self:
         """Return the record with the name of its setup and, of its scene, the occlusion model, the
         worst pose (the first of equals) and the separation distances of V_P."""
         worst = None

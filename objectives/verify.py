@@ -22,7 +22,7 @@ from ..coverage.voxels.weighted_voxels import important
 from ..coverage.voxels.weighted_voxels import layers as weighted_layers
 from .occlusion import setup_sight
 from .sampling_error import PointCount
-from .scene import CoreScene
+from .scene import Scene
 from .target_voxels import check_beams, check_voxel, surface_voxels, target_voxels
 from .verified import PoseZeta, Verified, proof_of, weighted_mean
 
@@ -50,7 +50,7 @@ class Verifier:
 
     def __init__(
         self,
-        scene: CoreScene,
+        scene: Scene,
         voxel: float | None = None,
         rule: Rule = "sampled",
         width: float = 0.0,
@@ -173,7 +173,7 @@ class Verifier:
             return self
         return Verifier(self.scene, self.point_voxel, "centre", memory=self.memory, at=self.at)
 
-    def in_scene(self, scene: CoreScene) -> "Verifier":
+    def in_scene(self, scene: Scene) -> "Verifier":
         """Return a verifier for a scene of the same targets and poses, with the same cached
         voxels."""
         other = object.__new__(type(self))

@@ -19,7 +19,7 @@ from ..formats.printing.print_checks import read_stl
 from ..formats.printing.print_plan import MM
 from ..formats.schema.print_models import PrintResult
 from ..formats.schema.robot_models import TCP_FRAME
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from .rendering.canvas import Canvas
 from .rendering.figures import add_bar, add_base_axes, png
 from .rendering.meshes import capsule_surfaces
@@ -100,7 +100,7 @@ def _canvas(
 
 
 def assembly_picture(
-    scene: CoreScene, setup: Setup, result: PrintResult, data: Mapping[str, bytes]
+    scene: Scene, setup: Setup, result: PrintResult, data: Mapping[str, bytes]
 ) -> bytes:
     """Return a PNG of the robot in the scene's first pose with all printed rings, from two opposite
     sides.

@@ -18,7 +18,7 @@ from ..objectives.feasibility.violations import mount_faults
 from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import unseeing
 from ..objectives.reach import beyond_sensors
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from ..objectives.verified import Verified
 from ..objectives.verify import Verifier
 from ..objectives.verify_breakdown import by_occlusion, by_part, where_people_are
@@ -36,7 +36,7 @@ PAPER_TARGETS = (
 _FEW_POSES = 4
 
 
-def comparable(scene: CoreScene) -> tuple[str, ...]:
+def comparable(scene: Scene) -> tuple[str, ...]:
     """Return the names of the paper's layouts that fit the scene's robot; empty if it lacks one of
     their links.
     """
@@ -44,7 +44,7 @@ def comparable(scene: CoreScene) -> tuple[str, ...]:
     return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
 
 
-def papers(scene: CoreScene) -> dict[str, Setup]:
+def papers(scene: Scene) -> dict[str, Setup]:
     """Return these layouts by name, with the scene's sensors."""
     return {name: layout_in(scene, name) for name in comparable(scene)}
 
@@ -151,7 +151,7 @@ def counted_beside_papers(
 
 
 def judged_beside_papers(
-    scene: CoreScene, voxel: float | None, criterion: Criterion, own: Mapping[str, float]
+    scene: Scene, voxel: float | None, criterion: Criterion, own: Mapping[str, float]
 ) -> dict[str, float]:
     """Return a criterion in percent for the paper's layouts, after the values in [0, 1] of ``own``
     by name; Ctrl-C returns the finished values."""
@@ -165,7 +165,7 @@ def judged_beside_papers(
     return values
 
 
-def compared(scene: CoreScene) -> list[Target]:
+def compared(scene: Scene) -> list[Target]:
     """Return the targets of a comparison: the goals and, for a few poses, the paper's targets."""
     goals = [g.target for g in scene.targets]
     common = [t for t in PAPER_TARGETS if all(r > scene.curve.robot_radius for r in t.radii)]

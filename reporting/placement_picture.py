@@ -20,7 +20,7 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.solids.cones import Cones
 from ..formats.export.palette import CELL, OBSTACLE, link_colours
 from ..objectives.occlusion import sight
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from .plots import GREY, INK
 from .rendering.canvas import Canvas
 from .rendering.colours import UNSEEN_COLOUR, paler, rgb
@@ -67,7 +67,7 @@ class _Shown:
     """Points of the target that they do not cover, m."""
 
     @staticmethod
-    def of(scene: CoreScene, setup: Setup, points: Any) -> "_Shown":
+    def of(scene: Scene, setup: Setup, points: Any) -> "_Shown":
         """Return what is shown of a setup in a target with these points."""
         q, whole = scene.poses[0].q, scene.with_cell(setup)
         cones = sensor_cones(scene.robot, whole, q)
@@ -77,7 +77,7 @@ class _Shown:
 
 def _draw_seen(
     canvas: Canvas,
-    scene: CoreScene,
+    scene: Scene,
     shown: _Shown,
     colour: dict[str, str],
     pieces: list[Any],
@@ -99,7 +99,7 @@ def _draw_seen(
     add_far_side(canvas, pieces, hulls, colours, zorder=1.5)
 
 
-def _covering(scene: CoreScene, shown: _Shown, colour: dict[str, str], points: Any) -> Any:
+def _covering(scene: Scene, shown: _Shown, colour: dict[str, str], points: Any) -> Any:
     """Return the colours (P, 3) of points (P, 3) m: of the nearest link that covers each, or that
     of uncovered volume."""
     q, least = scene.poses[0].q, np.full(len(points), np.inf)
@@ -115,7 +115,7 @@ def _covering(scene: CoreScene, shown: _Shown, colour: dict[str, str], points: A
     return result
 
 
-def _draw_robot(canvas: Canvas, scene: CoreScene, shown: _Shown, colour: dict[str, str]) -> None:
+def _draw_robot(canvas: Canvas, scene: Scene, shown: _Shown, colour: dict[str, str]) -> None:
     """Draw robot, rings, sensors and uncovered points over the cones, with correct mutual
     occlusion.
     """
@@ -142,7 +142,7 @@ def _draw_robot(canvas: Canvas, scene: CoreScene, shown: _Shown, colour: dict[st
 
 
 def placement_picture(
-    path: Path, scene: CoreScene, setup: Setup, zeta_lines: Sequence[str], seed: int = 0
+    path: Path, scene: Scene, setup: Setup, zeta_lines: Sequence[str], seed: int = 0
 ) -> None:
     """Draw a setup in the scene's first pose, with the target of its first goal: a PNG of 1800 x
     900.
@@ -174,7 +174,7 @@ def placement_picture(
 
 def comparison_picture(
     path: Path,
-    scene: CoreScene,
+    scene: Scene,
     before: Setup,
     after: Setup,
     captions: tuple[str, str],
@@ -203,12 +203,12 @@ def comparison_picture(
     _draw(path, scene, views, title, _where(scene), seed)
 
 
-def _where(scene: CoreScene) -> list[str]:
+def _where(scene: Scene) -> list[str]:
     return [scene.robot.name, *([f"pose 0 of {len(scene.poses)}"] * (len(scene.poses) > 1))]
 
 
 def _draw(
-    path: Path, scene: CoreScene, views: list[Any], title: str, parts: list[str], seed: int
+    path: Path, scene: Scene, views: list[Any], title: str, parts: list[str], seed: int
 ) -> None:
     """Draw two views under a title and a line of ``parts``.
 
@@ -261,7 +261,7 @@ def _axes(figure: "Figure", left: float) -> "Axes":
     )
 
 
-def _add_key(figure: "Figure", scene: CoreScene, colour: dict[str, str]) -> None:
+def _add_key(figure: "Figure", scene: Scene, colour: dict[str, str]) -> None:
     """Add the key of colours at the bottom of a figure, smaller if it is too wide."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch

@@ -33,7 +33,7 @@ from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.solids.segments import segment_to_segment
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from .human import PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .motion_samples import STEP, Moments
 from .sightings import seen_by
@@ -97,7 +97,7 @@ class Approaches:
         return float(in_time.mean()), float(low), float(high)
 
 
-def floor_of(scene: CoreScene) -> float:
+def floor_of(scene: Scene) -> float:
     """Return the height of the floor on which the person walks, m: the highest of the scene's
     floors, or ``PEDESTAL`` below the base."""
     floors = [float(o.body.offset[0]) for o in scene.obstacles if len(o.body.offset) == 1]

@@ -13,7 +13,7 @@ from ..coverage.robots.protective_volume import distances, moving
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
 from ..coverage.solids.capsules import Capsules
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from ..objectives.trajectory import MotionRecord
 
 STEP = 0.02  # s, from one moment to the next
@@ -105,7 +105,7 @@ def moments_of_record(robot: Robot, record: MotionRecord, safety: Safety) -> Mom
     return _moments(robot, q, rates, np.full(len(time), 1 / len(time)), safety, True)
 
 
-def moments_of_scene(scene: CoreScene, safety: Safety) -> Moments:
+def moments_of_scene(scene: Scene, safety: Safety) -> Moments:
     """Return the scene's poses, each on its own.
 
     Raises:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.rounding import rounded
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from .single_pose import SinglePose
 
 MOST_RINGS, MOST_SENSORS = 64, 64  # rings of an edited setup, sensors of an edited ring
@@ -36,7 +36,7 @@ class StatedRing:
 class EditedSetup:
     """A setup in a scene that can be edited ring by ring; values are clamped to their bounds."""
 
-    scene: CoreScene
+    scene: Scene
     setup: Setup
 
     def _with(self, rings: Sequence[Ring]) -> "EditedSetup":

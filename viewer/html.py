@@ -6,7 +6,7 @@ from html import escape
 
 from ..coverage.definitions.escaping import printable
 from ..coverage.targets.target import Target
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from ..reporting.tables import percent
 from ..reporting.text import counted, with_error
 from .colours import KINDS, WARNING, on_page
@@ -70,7 +70,7 @@ def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Seq
     return _box(f"{'<br>'.join(each)} · robot {_text(robot)}")
 
 
-def meaning(target: Target, scene: CoreScene) -> str:
+def meaning(target: Target, scene: Scene) -> str:
     """Return what a target is."""
     radius = getattr(target, "radius", 0)
     named = {

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.robot import BASE
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from ..reporting.rendering.meshes import band, capsule, faces_of, faces_within, joined, rod, tube
 from ..reporting.rendering.surface import Surface
 from .camera import ASPECT, VIEWS, fitted
@@ -84,7 +84,7 @@ class MotionSession:
 
     def __init__(
         self,
-        scene: CoreScene,
+        scene: Scene,
         setup: Setup,
         motion: PlannedMotion,
         notes: tuple[str, ...] = (),

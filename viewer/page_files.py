@@ -10,7 +10,7 @@ from ..coverage.definitions.errors import UserError
 from ..coverage.rings.ring import Setup
 from ..formats.writing import output_files, write_bytes
 from ..objectives.feasibility.mounting import Fault
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from ..reporting.text import with_error
 from .controls import Controls
 from .html import UNBUILDABLE
@@ -38,7 +38,7 @@ class PageFiles:
     def save(
         self,
         setup: Setup,
-        scene: CoreScene,
+        scene: Scene,
         saved: Callable[[str], None],
         broken: Callable[[], Sequence[Fault]],
     ) -> None:

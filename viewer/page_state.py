@@ -10,7 +10,7 @@ from typing import Any
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup
 from ..coverage.targets.target import Target
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from .cut import BEHIND
 from .drawn_parts import DrawnParts
 from .edited_setup import EditedSetup
@@ -22,7 +22,7 @@ from .link_state import LinkState, ring_values
 class PageState:
     """The state of one page; the page holds a lock while it changes."""
 
-    scene: CoreScene
+    scene: Scene
     """The scene."""
     targets: Mapping[str, Target]
     """Targets by label."""
@@ -44,9 +44,7 @@ class PageState:
     """Standard view that was chosen last, or None."""
 
     @staticmethod
-    def of(
-        scene: CoreScene, targets: Mapping[str, Target], setups: Mapping[str, Setup]
-    ) -> "PageState":
+    def of(scene: Scene, targets: Mapping[str, Target], setups: Mapping[str, Setup]) -> "PageState":
         """Return the state of a page that was just opened."""
         choice = DrawnParts(0, next(iter(targets.values())), scene.occlusion)
         histories = [History(Version(setup, name)) for name, setup in setups.items()]

@@ -6,7 +6,7 @@ from dataclasses import replace
 from ..coverage.definitions.escaping import printable
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from . import html as words
 from .controls import Controls
 from .long_task import Job, LongTask
@@ -44,7 +44,7 @@ class PageTasks:
         self._guarded, self._room, self._controls = guarded, room, controls
         self._work, self._files, self._drawing, self._show = work, files, drawing, show
 
-    def _subject(self) -> tuple[int, Setup, CoreScene]:
+    def _subject(self) -> tuple[int, Setup, Scene]:
         with self._guarded.held() as state:
             scene = replace(self._room.scene, occlusion=state.choice.occlusion)
             return state.active, state.history.now.setup, scene

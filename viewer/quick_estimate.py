@@ -20,7 +20,7 @@ from ..coverage.solids.cones import Cones
 from ..coverage.targets.target import Target
 from ..objectives.occlusion import sight
 from ..objectives.pose_subset import representative
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 
 POINTS = 32_768  # sample points of a target, over all poses
 SHOWN = 5_000  # points drawn for a target at one pose
@@ -59,7 +59,7 @@ class QuickEstimate:
     """Estimated coverage of a scene's targets, pose by pose; safe for use from many threads."""
 
     def __init__(
-        self, scene: CoreScene, targets: Sequence[Target], points: int = POINTS, seed: int = 0
+        self, scene: Scene, targets: Sequence[Target], points: int = POINTS, seed: int = 0
     ) -> None:
         """Choose representative poses if the scene has many.
 

@@ -11,7 +11,7 @@ from ..formats.schema.proposal_models import ProposalFile
 from ..formats.writing import output_files, to_toml, write_text
 from ..objectives.feasibility.mounting import Fault
 from ..objectives.feasibility.violations import of_mount
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from ..objectives.verified import Verified
 from .html import UNBUILDABLE
 
@@ -51,7 +51,7 @@ def file_named(folder: Path | None, name: str, replace: bool, ending: str = ".to
 def save(
     path: Path,
     setup: Setup,
-    scene: CoreScene,
+    scene: Scene,
     counted: Sequence[Verified],
     broken: Sequence[Fault] = (),
 ) -> None:

@@ -19,7 +19,7 @@ from ..objectives.feasibility.mounting import Fault
 from ..objectives.feasibility.violations import faults
 from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import own_link_fault, unseeing
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from .camera import ASPECT, fitted
 from .cut import arm_direction
 from .drawing import Drawing
@@ -35,7 +35,7 @@ _PRESETS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 _BESIDE = (Shell(0.5), Shell(1.5), ReachAndToolSpheres())
 
 
-def shown_targets(scene: CoreScene) -> tuple[Target, ...]:
+def shown_targets(scene: Scene) -> tuple[Target, ...]:
     """Return the targets of a scene; a single target is followed by the paper's targets."""
     own = [goal.target for goal in scene.targets]
     beside = [t for t in _BESIDE if all(r > scene.curve.robot_radius for r in t.radii)]
@@ -51,7 +51,7 @@ class ViewerSession:
 
     def __init__(
         self,
-        scene: CoreScene,
+        scene: Scene,
         setups: dict[str, Setup],
         out: Path | None = None,
         body: Skin | None = None,

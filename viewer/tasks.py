@@ -14,7 +14,7 @@ from ..coverage.voxels.volume_tally import Bracket
 from ..objectives.criterion import Criterion, judge
 from ..objectives.feasibility.violations import held
 from ..objectives.pose_subset import MANY
-from ..objectives.scene import CoreScene
+from ..objectives.scene import Scene
 from ..objectives.verified import Verified
 from ..objectives.verify import VOXEL, Verifier
 from ..placement.search.context import SearchContext
@@ -43,7 +43,7 @@ class Proof:
 
 
 def prove(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     targets: tuple[Target, ...],
     tell: Tell,
@@ -97,7 +97,7 @@ class SearchAnswer:
 
 
 def search_from(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     tell: Tell,
     stopped: Callable[[], bool],

@@ -47,11 +47,11 @@ def place(
     from place_rings._search import InfeasibleError, searched
 
     from ...formats.loader import with_sensor
-    from ...objectives.scene import CoreScene
+    from ...objectives.scene import Scene
     from ..options.targets import with_floors
     from ..runs.place import place as run
 
-    scene = where.applied(where.given() or CoreScene())
+    scene = where.applied(where.given() or Scene())
     scene = with_sensor(scene, sensing.selected(scene.sensor))
     scene = motion.applied(with_floors(scene, at_least), worst)
     try:

@@ -128,7 +128,7 @@ def study(
 
     from ...coverage.definitions.errors import UserError
     from ...formats.loader import read_scene
-    from ...objectives.scene import CoreScene
+    from ...objectives.scene import Scene
     from ..options.scenes import in_paper
     from ..options.targets import resolve_pair
     from ..runs.study import study as run
@@ -137,7 +137,7 @@ def study(
     check_study(name, seed, workers, scheduler, **given, layout=layout, time=time)
     if paper and name != "pareto":
         raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
-    where = read_scene(scene) if scene else CoreScene()
+    where = read_scene(scene) if scene else Scene()
     where = in_paper(where) if paper else where
     command = study_command(name, seed, layout, time)
     if name == "pareto":

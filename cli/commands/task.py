@@ -36,7 +36,7 @@ def task(
     """
     from ...coverage.definitions.errors import UserError, shown
     from ...coverage.robots.built_in import PAPER_ROBOTS
-    from ...objectives.scene import CoreScene
+    from ...objectives.scene import Scene
     from ..options.scenes import resolve_scene
     from ..runs.task import task as run
 
@@ -45,4 +45,4 @@ def task(
             f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, because the paper"
             " uses a UR10"
         )
-    run(resolve_scene(None, robot) or CoreScene(), rate)
+    run(resolve_scene(None, robot) or Scene(), rate)

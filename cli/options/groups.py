@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # imported when the options are resolved
     from ...coverage.rings.ring import Setup
     from ...coverage.sensors.sensor import Sensor
     from ...formats.sensors.urdf_frames import FramePattern
-    from ...objectives.scene import CoreScene
+    from ...objectives.scene import Scene
 
 
 @Parameter(name="*", group=SCENE)
@@ -48,7 +48,7 @@ class SceneOptions:
     paper: PaperOption = False
     reading: ReadingOptions = AS_WRITTEN
 
-    def given(self, urdf: Path | None = None) -> "CoreScene | None":
+    def given(self, urdf: Path | None = None) -> "Scene | None":
         """Return the scene that the options state, or None if the proposal's scene applies.
 
         Args:
@@ -59,7 +59,7 @@ class SceneOptions:
         self.reading.refuse_without(urdf or urdf_of(self.robot))
         return resolve_scene(self.scene, self.robot, self.target, self.radius, self.reading)
 
-    def applied(self, scene: "CoreScene", rings_stay: bool = False) -> "CoreScene":
+    def applied(self, scene: "Scene", rings_stay: bool = False) -> "Scene":
         """Return ``scene`` with the targets and the occlusion model of the options.
 
         Args:
@@ -123,8 +123,8 @@ class SensorOptions:
         return resolve_sensor(self.sensor, self.ambient, self.reflectance, self.target_size, own)
 
     def resolve(
-        self, subject: str, scene: "CoreScene | None", frames: "FramePattern | None" = None
-    ) -> "tuple[Setup, CoreScene]":
+        self, subject: str, scene: "Scene | None", frames: "FramePattern | None" = None
+    ) -> "tuple[Setup, Scene]":
         """Return a setup and its scene, with the sensor of the options."""
         from ...formats.loader import resolve
 
@@ -152,7 +152,7 @@ class MotionOptions:
         bool, Parameter(negative=(), help="Read the angles of --trajectory in degrees.")
     ] = False
 
-    def applied(self, scene: "CoreScene", worst: bool = False) -> "CoreScene":
+    def applied(self, scene: "Scene", worst: bool = False) -> "Scene":
         """Return ``scene`` along the motion; ``worst`` maximises the worst pose."""
         from .scenes import with_motion
 
@@ -197,7 +197,7 @@ class FrameOptions:
 
         return FramePattern(SENSOR_FRAMES if self.frames is None else self.frames, self.beam or "x")
 
-    def lifted(self, setup: "Setup", scene: "CoreScene") -> "Setup":
+    def lifted(self, setup: "Setup", scene: "Scene") -> "Setup":
         """Return a setup with its sensors lifted as the options state; notes go to stderr."""
         if self.lift_to_surface is None:
             return setup
@@ -224,7 +224,7 @@ class SubjectOptions:
     motion: MotionOptions = NO_MOTION
     mounted: FrameOptions = NO_FRAMES
 
-    def resolve(self, subject: str, urdf: Path | None = None) -> "tuple[Setup, CoreScene]":
+    def resolve(self, subject: str, urdf: Path | None = None) -> "tuple[Setup, Scene]":
         """Return the setup of a file or a name, and the scene in which to evaluate it.
 
         A proposal keeps its rings where they are, on the axes of its own scene. What a name or a
@@ -235,11 +235,11 @@ class SubjectOptions:
             urdf: as in ``SceneOptions.given``.
         """
         from ...formats.loader import is_proposal
-        from ...objectives.scene import CoreScene
+        from ...objectives.scene import Scene
 
         scene, own = self.place.given(urdf), is_proposal(subject)
         if not own:
-            scene = self.place.applied(scene or CoreScene())
+            scene = self.place.applied(scene or Scene())
         setup, scene = self.sensing.resolve(subject, scene, self.mounted.resolve())
         if setup.singles and not own:
             from ...reporting.terminal import Terminal

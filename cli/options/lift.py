@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.surface_lift import Lift, lift_to_surface
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...reporting.lines.scene import lift_lines
 from ...reporting.terminal import Terminal
 
 _MOST = 1000.0  # mm
 
 
-def lifted(setup: Setup, scene: CoreScene, most_mm: float) -> Setup:
+def lifted(setup: Setup, scene: Scene, most_mm: float) -> Setup:
     """Return a setup whose sensors are lifted to the surface of their links, and say which.
 
     Args:

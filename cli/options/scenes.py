@@ -12,7 +12,7 @@ from ...formats.loader import is_proposal, read_robot, read_scene, resolve
 from ...formats.model_reader import read_calibration
 from ...formats.recorded_motion import with_record
 from ...objectives.poses import Pose
-from ...objectives.scene import CoreScene, as_in_paper
+from ...objectives.scene import Scene, as_in_paper
 from .reading import AS_WRITTEN, ReadingOptions
 from .targets import parse_goals, with_goals
 
@@ -23,7 +23,7 @@ def resolve_scene(
     targets: Sequence[str] = (),
     radius: float | None = None,
     reading: ReadingOptions = AS_WRITTEN,
-) -> CoreScene | None:
+) -> Scene | None:
     """Return the scene that the options state, or None if the proposal's scene applies.
 
     Args:
@@ -41,7 +41,7 @@ def resolve_scene(
     if scene is not None:
         stated = read_scene(scene, arm)
     elif arm is not None:
-        stated = CoreScene(robot=arm, poses=(Pose(arm.rest),))
+        stated = Scene(robot=arm, poses=(Pose(arm.rest),))
     else:
         return None
     return with_goals(stated, parse_goals(targets, radius, stated.robot))
@@ -74,7 +74,7 @@ def given_robot(text: str, reading: ReadingOptions = AS_WRITTEN) -> Robot:
         ) from error
 
 
-def with_calibration(scene: CoreScene, file: Path | None) -> CoreScene:
+def with_calibration(scene: Scene, file: Path | None) -> Scene:
     """Return ``scene`` with the calibration of ``--calibration``, if a file is given.
 
     Raises:
@@ -86,8 +86,8 @@ def with_calibration(scene: CoreScene, file: Path | None) -> CoreScene:
 
 
 def with_occlusion(
-    scene: CoreScene, occlusion: Occlusion | None, paper: bool = False, rings_stay: bool = False
-) -> CoreScene:
+    scene: Scene, occlusion: Occlusion | None, paper: bool = False, rings_stay: bool = False
+) -> Scene:
     """Return ``scene`` with the occlusion model of ``--occlusion``, or as ``--paper`` asks.
 
     Args:
@@ -114,7 +114,7 @@ def with_occlusion(
     return replace(scene, occlusion=occlusion)
 
 
-def in_paper(scene: CoreScene, rings_stay: bool = False) -> CoreScene:
+def in_paper(scene: Scene, rings_stay: bool = False) -> Scene:
     """Return a scene as ``--paper`` states it.
 
     Args:
@@ -139,7 +139,7 @@ def scene_for(
     paper: bool,
     reading: ReadingOptions = AS_WRITTEN,
     urdf: Path | None = None,
-) -> CoreScene | None:
+) -> Scene | None:
     """Return the scene that ``--scene``, ``--robot`` and ``--paper`` state for a setup, or None if
     the proposal's scene applies.
 
@@ -159,12 +159,10 @@ def scene_for(
     if stated is None and is_proposal(subject):
         in_paper(resolve(subject, None)[1], rings_stay=True)  # only whether it is allowed
         return None
-    return in_paper(stated or CoreScene())
+    return in_paper(stated or Scene())
 
 
-def with_motion(
-    scene: CoreScene, trajectory: Path | None, degrees: bool, worst: bool = False
-) -> CoreScene:
+def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: bool = False) -> Scene:
     """Return ``scene`` with the poses of a recorded motion, if one is given.
 
     Args:

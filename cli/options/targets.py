@@ -11,7 +11,7 @@ from ...coverage.robots.robot import Robot
 from ...coverage.targets.named import Shell, named_target
 from ...coverage.targets.target import WITH_RADIUS, Target
 from ...formats.loader import read_target
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
@@ -81,7 +81,7 @@ def parse_goals(targets: Sequence[str], radius: float | None, robot: Robot) -> t
     return goals
 
 
-def with_goals(scene: CoreScene, goals: tuple[Target, ...], option: str = "--radius") -> CoreScene:
+def with_goals(scene: Scene, goals: tuple[Target, ...], option: str = "--radius") -> Scene:
     """Return ``scene`` with these goals, if there are any; errors name ``option``."""
     inner = scene.curve.robot_radius
     for radius in (radius for goal in goals for radius in goal.radii):
@@ -97,7 +97,7 @@ def with_goals(scene: CoreScene, goals: tuple[Target, ...], option: str = "--rad
     return replace(scene, targets=goals) if goals else scene
 
 
-def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-least") -> CoreScene:
+def with_floors(scene: Scene, floors: Sequence[str], option: str = "--at-least") -> Scene:
     """Return ``scene`` with minimum coverages NAME[:RADIUS]=PERCENT; errors name ``option``.
 
     A target that the scene lacks is added with weight 0.
@@ -136,7 +136,7 @@ def with_floors(scene: CoreScene, floors: Sequence[str], option: str = "--at-lea
     return replace(scene, targets=tuple(goals))
 
 
-def resolve_pair(targets: Sequence[str], scene: CoreScene) -> tuple[Target, Target]:
+def resolve_pair(targets: Sequence[str], scene: Scene) -> tuple[Target, Target]:
     """Return the two targets of a front; by default the near and the far shell."""
     goals = parse_goals(targets, None, scene.robot) or (Shell(0.5), Shell(1.5))
     if weighted := [text for text in targets if "=" in text]:

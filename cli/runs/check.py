@@ -7,7 +7,7 @@ from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...formats.writing import made_folder
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...reporting.terminal import Terminal, say
 from ...rig.check.assessment import assess
 from ...rig.check.attendant import EXEMPT, Attendant
@@ -28,7 +28,7 @@ from .check_summary import tell
 def check_live(
     name: str,
     setup: Setup,
-    scene: CoreScene,
+    scene: Scene,
     options: CheckOptions,
     host: str | None,
     ports: Sequence[Port],
@@ -91,7 +91,7 @@ def check_replay(subject: str | None, path: Path, out: Path, *, bag: bool, as_js
 def check_files(
     name: str,
     setup: Setup,
-    scene: CoreScene,
+    scene: Scene,
     files: FileOptions,
     options: CheckOptions,
     out: Path,
@@ -128,7 +128,7 @@ def _report(
     return code
 
 
-def write_only(setup: Setup, scene: CoreScene, options: CheckOptions, out: Path) -> None:
+def write_only(setup: Setup, scene: Scene, options: CheckOptions, out: Path) -> None:
     """Write the plans of a check that another program runs, and print the names of the files.
 
     Raises:

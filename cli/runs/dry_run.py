@@ -7,7 +7,7 @@ import numpy as np
 from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...reporting.terminal import Terminal, say
 from ...rig.check.before_move import HEADING, before_move
 from ...rig.check.dry_run import DryRun, dry_run
@@ -27,8 +27,8 @@ _NO_CELL = (
 
 
 def planned_dry_run(
-    setup: Setup, given: CoreScene, options: CheckOptions
-) -> tuple[CoreScene, Setup, DryRun]:
+    setup: Setup, given: Scene, options: CheckOptions
+) -> tuple[Scene, Setup, DryRun]:
     """Return the scene, the setup and the motion of a check.
 
     Raises:
@@ -50,7 +50,7 @@ def planned_dry_run(
         return scene, rings, dry_run(scene, rings, plans, options.seed)
 
 
-def described(scene: CoreScene, setup: Setup, run: DryRun, known_cell: bool) -> list[str]:
+def described(scene: Scene, setup: Setup, run: DryRun, known_cell: bool) -> list[str]:
     """Return the lines beside a dry run: its size, what it leaves out, and what to set."""
     seconds = float(run.time[-1])
     lines = [
@@ -66,7 +66,7 @@ def described(scene: CoreScene, setup: Setup, run: DryRun, known_cell: bool) -> 
     return lines
 
 
-def show_dry_run(setup: Setup, given: CoreScene, options: CheckOptions, browser: bool) -> None:
+def show_dry_run(setup: Setup, given: Scene, options: CheckOptions, browser: bool) -> None:
     """Serve the dry run of a check on this machine until Ctrl-C."""
     scene, rings, run = planned_dry_run(setup, given, options)
     lines = described(scene, rings, run, bool(given.obstacles))

@@ -11,7 +11,7 @@ from place_rings._proposal import Proposal, write_proposal
 
 from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.writing import output_files, write_text
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.verified import Verified
 from ...placement.search.progress import Outcome, Progress
 from ...placement.search.result import SearchResult
@@ -52,7 +52,7 @@ _INTERRUPTED = "interrupted: the comparison is incomplete; the proposal is kept"
 
 def place(
     find: Find,
-    scene: CoreScene,
+    scene: Scene,
     voxel: float,
     out: Path,
     as_json: bool,
@@ -97,7 +97,7 @@ def place(
     console.print(f"For a report: {report}", highlight=False, soft_wrap=True)
 
 
-def _searched(find: Find, scene: CoreScene, console: Terminal) -> Proposal:
+def _searched(find: Find, scene: Scene, console: Terminal) -> Proposal:
     """Return the result of the search; its progress goes to ``console``, and then the parts of the
     target that no sensor reaches, which are computed meanwhile."""
     lines = list[Future[list[str]]]()
@@ -224,7 +224,7 @@ def _show(
         )
 
 
-def _show_search(result: SearchResult, scene: CoreScene, voxel: float, console: Terminal) -> None:
+def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Terminal) -> None:
     spent = result.statistics
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""

@@ -21,7 +21,7 @@ from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.link_segments import segments
 from ...objectives.mount_rules import Rules
 from ...objectives.poses import Pose
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...reporting.explained import Explained
 from ...reporting.robot_picture import robot_picture
 from ...reporting.terminal import Terminal
@@ -43,7 +43,7 @@ def ring_radii(robot: Robot) -> tuple[float, dict[str, float]]:
 
     If no mount takes a ring, all count.
     """
-    real = CoreScene(robot=robot, poses=(Pose(robot.rest),), rules=Rules(mount="real"))
+    real = Scene(robot=robot, poses=(Pose(robot.rest),), rules=Rules(mount="real"))
     clear = MountClearance(real)
     own = {link: clear.radius(link) for link in robot.links}
     taking = {segment.link for segment in segments(real, clear.rooms(own, ()))} or set(own)

@@ -3,12 +3,12 @@
 import csv
 import io
 
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...reporting.terminal import say_lines
 from ...simulation.pick_and_place import pick_and_place
 
 
-def task(scene: CoreScene, rate: float) -> None:
+def task(scene: Scene, rate: float) -> None:
     """Print the paper's task as a recorded motion at ``rate`` rows a second."""
     motion = pick_and_place(scene.robot).every(rate)
     text = io.StringIO(newline="")

@@ -10,7 +10,7 @@ from place_rings._verify import verify as count
 from ...coverage.definitions.definition import json_of
 from ...coverage.voxels.volume_tally import Bracket
 from ...objectives.options import VerifyOptions
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.verify import VOXEL
 from ...reporting.lines.occlusion import part_lines, print_sight, unmounted_lines
 from ...reporting.lines.results import (
@@ -91,7 +91,7 @@ def _counted(subject: ResolvedSetup, options: VerifyOptions) -> Coverage:
     return coverage
 
 
-def _place(scene: CoreScene) -> str:
+def _place(scene: Scene) -> str:
     """Return the robot and the occlusion model as text."""
     return f"robot {scene.robot.name}, occlusion {scene.occlusion}"
 

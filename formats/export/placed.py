@@ -13,7 +13,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import BASE
 from ...coverage.solids.capsules import Capsules
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..robots.urdf_folding import Picked
 from ..robots.urdf_matching import find_robot, moved_links, plain_names
 from ..robots.urdf_model import Urdf
@@ -26,7 +26,7 @@ BASE_LINK, TCP_LINK = "base_link", "tcp"
 class PlacedSetup:
     """A setup on the robot of a scene at one pose."""
 
-    scene: CoreScene
+    scene: Scene
     """The scene."""
     setup: Setup
     """The setup."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...coverage.rings.ring import Group, Ring
 from ...coverage.robots.robot import Robot
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 
 USB_M = 5.0  # longest cable of USB 2.0 without a hub (USB 2.0 specification, cable delay 26 ns)
 _LAY = 1.1  # length of a cable laid along the links, over the straight line
@@ -71,7 +71,7 @@ class CableRun:
         return self.length <= USB_M + 1e-9
 
 
-def crossings(scene: CoreScene) -> list[JointCrossing]:
+def crossings(scene: Scene) -> list[JointCrossing]:
     """Return the joints of a scene's robot, from base to tool, with their motions."""
     robot, chain = scene.robot, scene.robot.chain
     q = chain.settled(np.array([pose.q for pose in scene.poses]))
@@ -95,7 +95,7 @@ def _lever(robot: Robot, joint: int) -> float:
     return max(radii, default=_RADIUS) + _OUTSIDE
 
 
-def cable_run(scene: CoreScene, group: Group) -> CableRun:
+def cable_run(scene: Scene, group: Group) -> CableRun:
     """Return the cable from the base to a ring, or to a single sensor."""
     chain = scene.robot.chain
     if isinstance(group, Ring):

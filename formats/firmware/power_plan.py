@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from ...coverage.electronics.bus_load import SUPPLY
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .cabling import JointCrossing, cable_run, crossings
 from .wiring import FEED_V, RingWiring
 
@@ -125,7 +125,7 @@ def _drop(rings: Sequence[RingPower], awg: int) -> float:
     return drop
 
 
-def power_plan(scene: CoreScene, setup: Setup, wirings: Sequence[RingWiring]) -> PowerPlan:
+def power_plan(scene: Scene, setup: Setup, wirings: Sequence[RingWiring]) -> PowerPlan:
     """Return the power plan of a setup.
 
     Args:

@@ -17,7 +17,7 @@ from ...coverage.robots.joint_values import contradicted
 from ...coverage.robots.robot import Robot
 from ...objectives.named_layouts import layout_in
 from ...objectives.poses import Pose
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..loader import read_robot
 from ..model_reader import read_model
 from ..schema.layout_models import LayoutFile, LayoutModel, LayoutUrdfModel
@@ -39,7 +39,7 @@ class PublishedLayout:
     """The file."""
     about: LayoutModel
     """Title, source, licence and conditions."""
-    scene: CoreScene
+    scene: Scene
     """The robot in its pose, with real mounts and self-occlusion, and with the layout's sensor."""
     setup: Setup
     """Where the sensors are, lifted if the layout says so."""
@@ -109,7 +109,7 @@ def _robot(
         raise UserError(f"{path}: robot: {error}, a robot file (.toml) or a URDF") from error
 
 
-def _scene(path: Path, about: LayoutModel, robot: Robot) -> CoreScene:
+def _scene(path: Path, about: LayoutModel, robot: Robot) -> Scene:
     """Return the scene of a layout: the robot in its pose, with its sensor, else the default."""
     if not robot.bodies:
         raise UserError(
@@ -136,10 +136,10 @@ def _scene(path: Path, about: LayoutModel, robot: Robot) -> CoreScene:
         raise UserError(
             f"{path}: pose_deg: found an angle of {chain.joints[beyond]} beyond its limits"
         )
-    return CoreScene(robot=robot, poses=(Pose(q),), sensor=about.sensor)
+    return Scene(robot=robot, poses=(Pose(q),), sensor=about.sensor)
 
 
-def _setup(path: Path, file: LayoutFile, scene: CoreScene) -> Setup:
+def _setup(path: Path, file: LayoutFile, scene: Scene) -> Setup:
     """Return the setup of a layout in TOML."""
     try:
         if file.paper is not None:
@@ -164,7 +164,7 @@ def _setup(path: Path, file: LayoutFile, scene: CoreScene) -> Setup:
         raise UserError(f"{path}: {error}") from error
 
 
-def _urdf_sensors(path: Path, keys: LayoutUrdfModel, scene: CoreScene) -> Iterator[MountedSensor]:
+def _urdf_sensors(path: Path, keys: LayoutUrdfModel, scene: Scene) -> Iterator[MountedSensor]:
     """Yield the sensors at the frames of a URDF, each a single one."""
     from ..robots.urdf import read_urdf
     from ..sensors.urdf_frames import FramePattern, setup_of_urdf
@@ -176,7 +176,7 @@ def _urdf_sensors(path: Path, keys: LayoutUrdfModel, scene: CoreScene) -> Iterat
         yield replace(one, sensor=scene.sensor)
 
 
-def _check_sensors(path: Path, setup: Setup, scene: CoreScene) -> None:
+def _check_sensors(path: Path, setup: Setup, scene: Scene) -> None:
     """Raise ``UserError`` for no sensors, for too many, or for sensors of several kinds."""
     if not 0 < setup.sensors <= _MOST:
         raise UserError(f"{path}: found {setup.sensors} sensors, allowed: 1 to {_MOST}")

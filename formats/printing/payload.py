@@ -15,7 +15,7 @@ from manifold3d import Manifold
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.built_in import T_flange_tcp
 from ...coverage.robots.robot import Robot
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .print_bed import build_ring
 from .print_plan import MM, UnbuildableError
 
@@ -90,7 +90,7 @@ def of_solid(solid: Manifold, density: float) -> MassProperties:
     return of_mesh(vertices, np.asarray(mesh.tri_verts, np.int64), density)
 
 
-def ring_parts(scene: CoreScene, ring: Ring, number: int = 0) -> dict[str, MassProperties]:
+def ring_parts(scene: Scene, ring: Ring, number: int = 0) -> dict[str, MassProperties]:
     """Return the mass properties of a printed ring's ``plastic`` with its lids, ``boards`` and
     ``bolts`` in the frame of its mount, ``forward``'s; ``number`` is the ring's in its setup, which
     it is engraved with.
@@ -139,7 +139,7 @@ class Payload:
     """TCP of the scene's robot in that frame, m."""
 
 
-def payload(scene: CoreScene, setup: Setup) -> Payload:
+def payload(scene: Scene, setup: Setup) -> Payload:
     """Return what the rings of a setup add to the payload of the scene's robot."""
     robot, last = scene.robot, len(scene.robot.chain) - 1
     frame, T = _frame(robot)

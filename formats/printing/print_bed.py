@@ -8,7 +8,7 @@ from jaxtyping import Float
 from manifold3d import Manifold
 
 from ...coverage.rings.ring import Ring
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .print_plan import MM, PrintPlan, UnbuildableError, plan_ring
 from .ring_solids import Assembly, assemble
 
@@ -44,7 +44,7 @@ def bed_yaw(solid: Manifold, bed: Bed) -> float | None:
     return float(yaws[best]) if room[best] >= 0 else None
 
 
-def build_ring(scene: CoreScene, ring: Ring, number: int = 0) -> tuple[PrintPlan, Assembly]:
+def build_ring(scene: Scene, ring: Ring, number: int = 0) -> tuple[PrintPlan, Assembly]:
     """Return a ring in as few parts as fit the bed: two where it is large enough.
 
     Args:

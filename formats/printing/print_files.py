@@ -13,7 +13,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.board_packing import Printing
 from ...objectives.feasibility.ring_envelopes import envelope
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..schema.print_models import PrintedLids, PrintedRing, PrintResult
 from ..schema.robot_models import TCP_FRAME
 from .blocks import thread
@@ -33,7 +33,7 @@ MOUNTED = "mounted.png"  # picture of the first ring with boards and bolts
 
 
 def print_ring(
-    scene: CoreScene, number: int, ring: Ring, printing: Printing | None = None
+    scene: Scene, number: int, ring: Ring, printing: Printing | None = None
 ) -> tuple[PrintedRing, list[bytes], PrintPlan, Assembly]:
     """Return a printed ring: its record, its parts as STL, and the plan and solids behind them.
 
@@ -195,7 +195,7 @@ Drawing = Callable[[PrintPlan, Assembly, PrintedRing], Mapping[str, bytes]]
 
 
 def ring_files(
-    setup: Setup, scene: CoreScene, drawing: Drawing, printing: Printing | None = None
+    setup: Setup, scene: Scene, drawing: Drawing, printing: Printing | None = None
 ) -> tuple[PrintResult, dict[str, bytes]]:
     """Return the printed rings of ``setup``: their records, and all files by name.
 

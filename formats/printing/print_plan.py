@@ -19,7 +19,7 @@ from ...coverage.sensors.board_packing import Pocket, Printing
 from ...coverage.sensors.boards import Board
 from ...coverage.sensors.lids import lid_fault
 from ...objectives.feasibility.board_fit import unfit
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 
 MM = 1000.0  # millimetres in a metre
 _BODILESS = 'rings have no bodies in its scene: search without --paper and rules.mount = "free"'
@@ -95,7 +95,7 @@ class PrintPlan:
 
 
 def plan_ring(
-    scene: CoreScene, ring: Ring, printing: Printing | None = None, parts: int = 2
+    scene: Scene, ring: Ring, printing: Printing | None = None, parts: int = 2
 ) -> PrintPlan:
     """Return the dimensions of a printed ring of ``scene``, divided into a number of ``parts``.
 
@@ -119,7 +119,7 @@ def plan_ring(
     return replace(plan, joints=_joints(plan, parts))
 
 
-def _buildable(scene: CoreScene, ring: Ring, printing: Printing) -> Board:
+def _buildable(scene: Scene, ring: Ring, printing: Printing) -> Board:
     """Return the board of a ring's sensors.
 
     Raises:

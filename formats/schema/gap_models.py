@@ -4,7 +4,7 @@ from typing import Self
 
 from pydantic import Field
 
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...placement.bound.coverage_bound import CoverageBound
 from .base_model import StrictModel
 from .field_types import Percent
@@ -41,7 +41,7 @@ class GapModel(StrictModel):
     seconds: float = Field(default=0.0, ge=0, description="time that the bound took, s")
 
     @classmethod
-    def of(cls, bound: CoverageBound | None, value: float, scene: CoreScene) -> Self:
+    def of(cls, bound: CoverageBound | None, value: float, scene: Scene) -> Self:
         """Return the record of a bound for a proposal with this ``value`` of the criterion, in
         [0, 1]."""
         if bound is None:

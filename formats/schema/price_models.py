@@ -5,7 +5,7 @@ from typing import Self
 from pydantic import Field
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .base_model import StrictModel
 
 
@@ -18,7 +18,7 @@ class PriceModel(StrictModel):
     currency: str = Field(default="", description="currency of the scene's prices")
 
     @classmethod
-    def of(cls, scene: CoreScene, setup: Setup) -> Self | None:
+    def of(cls, scene: Scene, setup: Setup) -> Self | None:
         """Return the price of a setup; None for a scene without prices."""
         total = scene.price_of(setup)
         if scene.prices is None or total is None:

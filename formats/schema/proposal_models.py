@@ -12,7 +12,7 @@ from ...coverage.rings.sensor_records import SensorRecord
 from ...coverage.robots.base_frame import must_turn
 from ...coverage.targets.combined import stated_keys
 from ...objectives.robustness import RingSensitivity
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.turned_cell import turned_single
 from ...objectives.verified import Verified
 from ...placement.search.progress import StageResult
@@ -161,13 +161,13 @@ class ProposalFile(VersionedFile):
     found: FoundModel | None = Field(default=None, description="search that produced the setup")
 
     @classmethod
-    def of(cls, setup: Setup, scene: CoreScene, **more: Any) -> Self:
+    def of(cls, setup: Setup, scene: Scene, **more: Any) -> Self:
         """Return the proposal of a setup for a scene, with further keys in ``more``."""
         rings = ring_models(setup, scene.sensor)
         singles = single_models(setup.singles, scene.sensor)
         return cls(rings=rings, sensors=singles, scene=SceneModel.from_domain(scene), **more)
 
-    def setup(self, scene: CoreScene) -> Setup:
+    def setup(self, scene: Scene) -> Setup:
         """Return the setup; rings and sensors without a sensor or radius take those of ``scene``.
 
         Raises:
@@ -269,7 +269,7 @@ class FewestRingsModel(StrictModel):
     )
 
     @classmethod
-    def of(cls, fewest: "FewestRings", scene: CoreScene) -> Self:
+    def of(cls, fewest: "FewestRings", scene: Scene) -> Self:
         """Return the record of the searches in a scene."""
         tried = [
             TriedRingsModel(

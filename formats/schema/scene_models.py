@@ -35,7 +35,7 @@ from ...objectives.link_limits import LinkLimits
 from ...objectives.motion_limits import Motion
 from ...objectives.poses import Pose, Recorded
 from ...objectives.prices import Prices
-from ...objectives.scene import REFERENCE_POSE_DEG, CoreScene
+from ...objectives.scene import REFERENCE_POSE_DEG, Scene
 from ...objectives.trajectory import TrajectoryFile
 from ...objectives.turned_cell import states_coordinates, turned_scene
 from .attached_models import AttachedModel, attached_to
@@ -67,7 +67,7 @@ RobotKey = Annotated[
 ]
 
 
-class SceneModel(MappedModel[CoreScene]):
+class SceneModel(MappedModel[Scene]):
     """A scene. Every key has a default; without any key it is the reference scene."""
 
     robot: RobotKey = Field(
@@ -116,7 +116,7 @@ class SceneModel(MappedModel[CoreScene]):
         description="coverage over several poses: their weighted mean or the worst pose",
     )
     targets: list[TargetInFiles] = Field(
-        default=list(CoreScene.targets),
+        default=list(Scene.targets),
         min_length=1,
         max_length=100,
         description="target volumes",
@@ -255,7 +255,7 @@ class SceneModel(MappedModel[CoreScene]):
                 yield ("printing", "cover"), True, f"false, because {why}"
                 return
 
-    def to_domain(self, **given: Any) -> CoreScene:
+    def to_domain(self, **given: Any) -> Scene:
         """Return the scene without the meshes and poses that other files hold."""
         sensor, radius = self.sensor, self.ring_radius or RING_RADIUS
         robot = robot_of(self.robot)
@@ -277,7 +277,7 @@ class SceneModel(MappedModel[CoreScene]):
         return turned_scene(scene) if must_turn(robot, self.base) else scene
 
     @classmethod
-    def from_domain(cls, value: CoreScene, **given: Any) -> Self:
+    def from_domain(cls, value: Scene, **given: Any) -> Self:
         """Return the table of a scene.
 
         Raises:
@@ -288,7 +288,7 @@ class SceneModel(MappedModel[CoreScene]):
         return cls.record_of(value, **given)
 
     @classmethod
-    def record_of(cls, value: CoreScene, **given: Any) -> Self:
+    def record_of(cls, value: Scene, **given: Any) -> Self:
         """Return the record of a scene, of which files may be unable to hold the targets."""
         stated = value.radius_stated or value.ring_radius != RING_RADIUS
         return super().from_domain(
@@ -306,7 +306,7 @@ class SceneModel(MappedModel[CoreScene]):
         )
 
 
-def _written_base(scene: CoreScene) -> BaseFrame | None:
+def _written_base(scene: Scene) -> BaseFrame | None:
     """Return the base of a file: the robot's own, where it was stated or coordinates depend on
     it."""
     own = base_frame(scene.robot)

@@ -20,7 +20,7 @@ from ...coverage.rings.ring_kinematics import up_of
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .sensor_frames import SensorFrame
 from .single_fit import single_at, single_on_link
 
@@ -51,7 +51,7 @@ class SensorAtPose(NamedTuple):
 def setup_of_frames(
     name: str,
     sensors: Sequence[SensorFrame],
-    scene: CoreScene,
+    scene: Scene,
     links: Mapping[int, str] | None = None,
 ) -> Setup:
     """Return the setup of sensors whose poses on their links are known; see ``fitted_setup``.
@@ -77,7 +77,7 @@ def fitted_setup(
     name: str,
     readings: Sequence[SensorAtPose],
     frames: Sequence[Float[np.ndarray, "F 4 4"]],
-    scene: CoreScene,
+    scene: Scene,
     links: Mapping[int, str] | None = None,
     known: Mapping[tuple[int, int], SensorFrame] | None = None,
 ) -> Setup:
@@ -126,7 +126,7 @@ def _ring_or_singles(
     where: str,
     poses: dict[int, list[SensorAtPose]],
     frames: Sequence[Any],
-    scene: CoreScene,
+    scene: Scene,
     link: str | None,
 ) -> Ring | list[MountedSensor]:
     """Return a ring from its readings at each pose, on ``link`` if known; if its sensors form no

@@ -16,7 +16,7 @@ from ...coverage.rings.ring_kinematics import any_square, sensor_cones
 from ...coverage.robots.kinematics import forward
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.solids.sensor_beams import MixedBeams
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..csv_rows import csv_rows
 from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
 from .ring_fit import SensorAtPose, fitted_setup
@@ -26,7 +26,7 @@ SPECIAL_COLUMNS = tuple(SpecialConeRow.model_fields)
 _DIGITS = 9  # decimals of metres and of unit vectors
 
 
-def sensor_list(setup: Setup, scene: CoreScene, poses: Sequence[int] | None = None) -> str:
+def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) -> str:
     """Return the beams of all sensors at poses of the scene (by default all) as CSV in the base
     frame.
 
@@ -54,7 +54,7 @@ def sensor_list(setup: Setup, scene: CoreScene, poses: Sequence[int] | None = No
     return text.getvalue()
 
 
-def mounted_setup(name: str, text: str, scene: CoreScene) -> Setup:
+def mounted_setup(name: str, text: str, scene: Scene) -> Setup:
     """Return the setup whose sensors the CSV ``text`` lists; ``name`` is its file's, for messages.
 
     Raises:

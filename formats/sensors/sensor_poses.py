@@ -15,7 +15,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.joint_values import joint_keys, joint_keys_of, misnamed, ordered
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import BASE, Robot
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..schema.robot_models import BASE_FRAME, TCP_FRAME
 from ..schema.sensor_pose_models import (
     RingPosesModel,
@@ -47,7 +47,7 @@ def place(T: Float[np.ndarray, "4 4"]) -> list[float]:
     return [round(float(v), _DIGITS) + 0.0 for v in T[:3, 3]]
 
 
-def poses_file(scene: CoreScene, setup: Setup, pose: int) -> SensorPosesFile:
+def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
     """Return the file with a setup's sensors in the frames of their links, and in the base frame at
     a pose of the scene."""
     q, robot = scene.poses[pose].q, scene.robot
@@ -84,7 +84,7 @@ def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray,
     return T
 
 
-def setup_of_poses(name: str, text: str, scene: CoreScene) -> Setup:
+def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     """Return the setup whose sensors the JSON ``text`` lists; ``name`` is its file's, for messages.
 
     Raises:

@@ -12,7 +12,7 @@ from ...coverage.definitions.errors import UserError, shown, unusable
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import BASE, Mount
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..robots.urdf_matching import find_robot
 from ..robots.urdf_model import Urdf
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, setup_of_frames
@@ -62,7 +62,7 @@ class Seat:
         return self.mount is other.mount and mm <= 2 * TOLERANCE_MM and deg <= 2 * TOLERANCE_DEG
 
 
-def setup_of_urdf(urdf: Urdf, frames: FramePattern, scene: CoreScene) -> Setup:
+def setup_of_urdf(urdf: Urdf, frames: FramePattern, scene: Scene) -> Setup:
     """Return the setup whose sensors are the frames of ``urdf`` with matching names; the scene's
     sensor determines their beams.
 
@@ -117,7 +117,7 @@ def setup_of_urdf(urdf: Urdf, frames: FramePattern, scene: CoreScene) -> Setup:
     return replace(fitted, singles=(*fitted.singles, *singles))
 
 
-def _seat(name: str, frame: int, T: Float[np.ndarray, "4 4"], scene: CoreScene) -> Seat | None:
+def _seat(name: str, frame: int, T: Float[np.ndarray, "4 4"], scene: Scene) -> Seat | None:
     """Return the seat of a sensor at T_frame_sensor: on the mount, among those that move with the
     frame, from whose axis it points away most directly; None on a part without a mount."""
     robot = scene.robot

@@ -12,24 +12,24 @@ from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import inner_radius, most_boards, tilt_range
 from ...coverage.sensors.boards import NOMINAL, Board
 from ...coverage.sensors.sensor import Sensor
-from ..scene import CoreScene
+from ..scene import Scene
 
 Tilts = tuple[float, float]
 
 
-def board_of(scene: CoreScene, sensor: Sensor) -> Board | None:
+def board_of(scene: Scene, sensor: Sensor) -> Board | None:
     """Return the board to fit, nominal where the sensor's is unknown; None where rings have no
     bodies."""
     return (sensor.board or NOMINAL) if scene.real else None
 
 
-def innermost(scene: CoreScene, link: str) -> float:
+def innermost(scene: Scene, link: str) -> float:
     """Return the minimum distance of a pocket from the axis of ``link``, m; 0 without bodies."""
     around = surrounded(scene.robot, link) if scene.real else 0.0
     return inner_radius(around, scene.printing)
 
 
-def most_wired(scene: CoreScene, ring: Ring) -> int | None:
+def most_wired(scene: Scene, ring: Ring) -> int | None:
     """Return the maximum sensor count of a ring by its electronics; None without electrical data,
     and where rings have no bodies."""
     if not scene.real:
@@ -37,7 +37,7 @@ def most_wired(scene: CoreScene, ring: Ring) -> int | None:
     return most_on_ring(scene.electronics, ring.sensor, ring.radius)
 
 
-def unwired(scene: CoreScene, ring: Ring, count: int = 0) -> str:
+def unwired(scene: Scene, ring: Ring, count: int = 0) -> str:
     """Return a message on why a ring's electronics do not carry its sensors, or ``count``; empty if
     they do."""
     if not scene.real:
@@ -45,7 +45,7 @@ def unwired(scene: CoreScene, ring: Ring, count: int = 0) -> str:
     return limit_text(scene.electronics, ring.sensor, ring.radius, count or ring.count)
 
 
-def fitting_tilts(scene: CoreScene, ring: Ring) -> Tilts | None:
+def fitting_tilts(scene: Scene, ring: Ring) -> Tilts | None:
     """Return the lowest and highest allowed tilt, rad, at which all boards of a ring fit around it.
 
     Returns None if there is no such tilt, or its electronics do not carry so many sensors.
@@ -65,7 +65,7 @@ def fitting_tilts(scene: CoreScene, ring: Ring) -> Tilts | None:
     return (low, high) if low <= high else None
 
 
-def most_sensors(scene: CoreScene, ring: Ring) -> float:
+def most_sensors(scene: Scene, ring: Ring) -> float:
     """Return the maximum sensor count of a ring; infinity if no board has to fit."""
     board = board_of(scene, ring.sensor)
     if board is None:
@@ -74,7 +74,7 @@ def most_sensors(scene: CoreScene, ring: Ring) -> float:
     return float(most_boards(board, scene.printing, ring.radius, np.array([ring.tilt]), inside)[0])
 
 
-def unfit(scene: CoreScene, ring: Ring) -> str | None:
+def unfit(scene: Scene, ring: Ring) -> str | None:
     """Return a message on why a ring's boards do not fit around it; None if they do."""
     board, most = board_of(scene, ring.sensor), most_sensors(scene, ring)
     if board is None or ring.count <= most:

@@ -15,7 +15,7 @@ from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ...coverage.robots.ring_section import axes_of, tube_of
 from ...coverage.solids.polyhedra import NOWHERE
 from ..link_segments import Room, Stretches
-from ..scene import CoreScene
+from ..scene import Scene
 from .ring_envelopes import closable, envelope, envelopes_by_tilt, spacing
 
 _SAME = 9  # decimals of a metre: bodies that coincide at two poses are evaluated once
@@ -64,7 +64,7 @@ class _Things:
 class MountClearance:
     """Computes where rings of a scene are clear, and caches the results."""
 
-    def __init__(self, scene: CoreScene) -> None:
+    def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.frames = forward(scene.robot.chain, np.array([p.q for p in scene.poses]))
         self._things: dict[str, _Things] = {}

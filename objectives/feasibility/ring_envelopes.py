@@ -9,21 +9,21 @@ from ...coverage.robots.ring_section import surrounded
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.boards import NOMINAL
 from ..link_segments import TILTS
-from ..scene import CoreScene
+from ..scene import Scene
 
 _STEP = 0.0175  # rad, between the tilts at which the envelope of an undecided ring is computed
 _MARGIN = 0.00025  # m, by which an envelope's ends vary at most between these tilts
 _LEVEL = 1e-6  # rad, of a ring whose beams may lean to either side
 
 
-def envelope(scene: CoreScene, ring: Ring) -> Envelope:
+def envelope(scene: Scene, ring: Ring) -> Envelope:
     """Return the envelope of a ring; a sensor whose board is unknown has a nominal one."""
     around, board = surrounded(scene.robot, ring.link), ring.sensor.board or NOMINAL
     clamp = clamp_of(around, ring.radius, ring.tilt, board, scene.printing)
     return envelope_of(clamp, ring.tilt < 0)
 
 
-def envelopes_by_tilt(scene: CoreScene, link: str, radius: float) -> list[Envelope]:
+def envelopes_by_tilt(scene: Scene, link: str, radius: float) -> list[Envelope]:
     """Return, for each of ``TILTS``, an envelope that contains that of every ring of ``radius`` m
     that a search may place on ``link`` with a tilt up to the neighbours in ``TILTS``."""
     board, (low, high) = scene.sensor_of(link).board or NOMINAL, scene.limits_of(link).tilt
@@ -54,7 +54,7 @@ def closable(mount: Mount, around: Envelope) -> tuple[float, float]:
     return low - around.low / mount.length, high - around.high / mount.length
 
 
-def spacing(scene: CoreScene, proximal: Envelope, distal: Envelope) -> float:
+def spacing(scene: Scene, proximal: Envelope, distal: Envelope) -> float:
     """Return the least distance, m, of two rings on one link, measured between their lenses."""
     if not scene.real:
         return scene.rules.spacing

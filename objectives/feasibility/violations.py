@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_envelope import Envelope
-from ..scene import CoreScene
+from ..scene import Scene
 from .board_fit import unfit, unwired
 from .clearance import MountClearance
 from .mounting import REAL, Fault, standing
@@ -32,7 +32,7 @@ def _same(a: Ring, b: Ring) -> bool:
     )
 
 
-def held(scene: CoreScene, rings: Sequence[Ring]) -> tuple[frozenset[int], tuple[Ring, ...]]:
+def held(scene: Scene, rings: Sequence[Ring]) -> tuple[frozenset[int], tuple[Ring, ...]]:
     """Return which of ``rings`` are fixed rings of the scene, and which fixed rings are missing."""
     matched: set[int] = set()
     missing = []
@@ -57,7 +57,7 @@ def commonest_tilt(rings: Sequence[Ring]) -> float:
     return next(abs(ring.tilt) for ring in rings if round(abs(ring.tilt), 5) == most)
 
 
-def otherwise_tilted(scene: CoreScene, rings: Sequence[Ring]) -> list[int]:
+def otherwise_tilted(scene: Scene, rings: Sequence[Ring]) -> list[int]:
     """Return the fixed rings of ``rings`` that keep another tilt than the one that all others
     share; none without the rule."""
     fixed, _ = held(scene, rings)
@@ -68,9 +68,7 @@ def otherwise_tilted(scene: CoreScene, rings: Sequence[Ring]) -> list[int]:
     return [i for i in sorted(fixed) if abs(abs(rings[i].tilt) - tilt) > 2 * _ANGLE]
 
 
-def faults(
-    scene: CoreScene, rings: Sequence[Ring], clear: MountClearance | None = None
-) -> list[Fault]:
+def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = None) -> list[Fault]:
     """Return all violations of the rules of ``scene`` by ``rings``.
 
     Args:
@@ -107,9 +105,7 @@ def faults(
     return broken
 
 
-def mount_faults(
-    scene: CoreScene, setup: Setup, clear: MountClearance | None = None
-) -> list[Fault]:
+def mount_faults(scene: Scene, setup: Setup, clear: MountClearance | None = None) -> list[Fault]:
     """Return why real rings of ``setup`` could not be mounted; nothing for rings without bodies.
 
     These are the violations of ``faults`` that no other choice of rules would allow: rings without
@@ -118,7 +114,7 @@ def mount_faults(
     return of_mount(scene, faults(scene, setup.rings, clear)) if scene.real else []
 
 
-def of_mount(scene: CoreScene, violations: Sequence[Fault]) -> list[Fault]:
+def of_mount(scene: Scene, violations: Sequence[Fault]) -> list[Fault]:
     """Return the violations of the mount among all violations of a setup's rings."""
     return [
         violation for violation in violations if scene.real and violation.rule in (*REAL, *_BUILT)
@@ -130,7 +126,7 @@ def _deg(angle: float) -> str:
 
 
 def _too_near(
-    scene: CoreScene, rings: Sequence[Ring], i: int, j: int, envelopes: Sequence[Envelope]
+    scene: Scene, rings: Sequence[Ring], i: int, j: int, envelopes: Sequence[Envelope]
 ) -> str:
     """Return a message if two rings on one link are too near to each other, or "".
 
@@ -149,7 +145,7 @@ def _too_near(
     return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * allowed:.1f} mm or more"
 
 
-def _alone(scene: CoreScene, i: int, ring: Ring) -> list[Fault]:
+def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:
     """Return the violations of ring ``i`` by itself."""
     limits, (least, most) = scene.limits_of(ring.link), scene.rules.sensors
     length, name, broken = scene.robot.mount(ring.link).length, f"ring {i} ({ring.link})", []

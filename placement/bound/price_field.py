@@ -12,7 +12,7 @@ from ...coverage.targets.target import Target
 from ...coverage.voxels.octree import voxels
 from ...coverage.voxels.voxel_set import OFFSET, decode
 from ...coverage.weight_field import LEVELS
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 
 _PAD = 4  # voxels about the target in which its surface is spread
 WIDTH = 0.7  # standard deviation of a Gaussian, in spacings of the lattice
@@ -31,7 +31,7 @@ class TargetGrid:
     """Side of a voxel, m."""
 
     @staticmethod
-    def of(scene: CoreScene, target: Target, pose: int, most: int) -> "TargetGrid":
+    def of(scene: Scene, target: Target, pose: int, most: int) -> "TargetGrid":
         """Return the target at a pose of the scene on a grid of at most about ``most`` voxels."""
         solid = scene.solid(target, pose)
         size = np.ptp(solid.bounds(), axis=0)

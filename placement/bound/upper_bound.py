@@ -51,7 +51,7 @@ from ...coverage.rings.ring_kinematics import sensor_axes
 from ...coverage.robots.kinematics import forward
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.criterion import Criterion
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..space.design import Space
 from .blurred_beam import BlurredBeam, Profile
 from .coverage_bound import CoverageBound, TermBound
@@ -84,7 +84,7 @@ class Effort:
 
 
 def upper_bound(
-    scene: CoreScene,
+    scene: Scene,
     space: Space,
     aim: Criterion | None = None,
     effort: Effort | None = None,
@@ -124,7 +124,7 @@ def upper_bound(
     return CoverageBound(min(value, 1.0), tuple(terms), time.monotonic() - began)
 
 
-def unboundable(scene: CoreScene, aim: Criterion) -> str | None:
+def unboundable(scene: Scene, aim: Criterion) -> str | None:
     """Return what in a search rules out a bound, as text; None if there is one.
 
     Under mounting errors rings leave their places. Sums over voxels are good enough for named
@@ -145,7 +145,7 @@ def unboundable(scene: CoreScene, aim: Criterion) -> str | None:
 class AtPose:
     """The rings and the sensors that stay, at one pose of a scene."""
 
-    def __init__(self, scene: CoreScene, space: Space, pose: int, seen: int = 1) -> None:
+    def __init__(self, scene: Scene, space: Space, pose: int, seen: int = 1) -> None:
         """Read the families of a design space; ``seen`` sensors must cover a point."""
         self.scene, self.pose, self.seen = scene, pose, seen
         self.families: tuple[Family, ...] = families(space, pose)

@@ -18,7 +18,7 @@ from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import ELECTRONICS, commonest_tilt, faults, held
 from ...objectives.link_segments import Segment, fits, segments
 from ...objectives.parameterization import Interval, SetupArrays, decode, encode, stretch
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .changes import Rings, Touched, turn
 
 Values = Float[np.ndarray, "3 R"]
@@ -65,7 +65,7 @@ class RedesignProblem:
     """A mounted setup in a scene, with places for added rings and a number of additional
     sensors."""
 
-    def __init__(self, scene: CoreScene, mounted: Setup, places: int, add_sensors: int = 0) -> None:
+    def __init__(self, scene: Scene, mounted: Setup, places: int, add_sensors: int = 0) -> None:
         """Round ``mounted`` as a file does, so that unchanged rings are identical before and after.
 
         Args:

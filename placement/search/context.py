@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ...objectives.criterion import Criterion
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.verify import Verifier
 from ..stop_token import StopToken
 from .exchange_points import Fields
@@ -32,7 +32,7 @@ class SearchContext:
     differed only in its number of rings; by default new ones."""
 
     @property
-    def scene(self) -> CoreScene:
+    def scene(self) -> Scene:
         """Robot, poses, goals, limits."""
         return self.verifier.scene
 

@@ -18,7 +18,7 @@ from ...coverage.arrays import Array
 from ...coverage.ring_views.ring_views import Views
 from ...objectives.criterion import Criterion
 from ...objectives.floors import floors, worth
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .exchange_points import Field
 
 _NOTHING = 1e-9  # share up to which nothing is lost
@@ -98,7 +98,7 @@ class ExchangeCriterion:
     named = False
     """Whether it needs to know which sensor sees a point."""
 
-    def __init__(self, scene: CoreScene) -> None:
+    def __init__(self, scene: Scene) -> None:
         """Store the goals and their floors."""
         self.scene = scene
 
@@ -111,7 +111,7 @@ class ExchangeCriterion:
         """Return the points where ``ring`` matters, and the values of its places."""
 
 
-def criterion_by_counts(scene: CoreScene, aim: Criterion) -> ExchangeCriterion:
+def criterion_by_counts(scene: Scene, aim: Criterion) -> ExchangeCriterion:
     """Return a search's criterion by counts."""
     if aim.losing:
         return AfterLoss(scene, aim.losing == "sensor")
@@ -120,7 +120,7 @@ def criterion_by_counts(scene: CoreScene, aim: Criterion) -> ExchangeCriterion:
     return MeanCoverage(scene, aim.seen)
 
 
-def _worth(zetas: Float[np.ndarray, "*batch G"], scene: CoreScene) -> Float[Array, "*batch"]:
+def _worth(zetas: Float[np.ndarray, "*batch G"], scene: Scene) -> Float[Array, "*batch"]:
     """Return the weighted mean of the goals' zetas, less what missed floors cost."""
     return worth(zetas, scene.goal_weights, floors(scene))
 
@@ -141,7 +141,7 @@ def soft_minimum(
 class MeanCoverage(ExchangeCriterion):
     """The weighted share of points that at least ``most`` sensors see, with the goals' floors."""
 
-    def __init__(self, scene: CoreScene, seen: int) -> None:
+    def __init__(self, scene: Scene, seen: int) -> None:
         super().__init__(scene)
         self.most = seen
 
@@ -214,7 +214,7 @@ class AfterLoss(ExchangeCriterion):
     It is the covered share less the largest share that one ring or sensor sees alone.
     """
 
-    def __init__(self, scene: CoreScene, named: bool) -> None:
+    def __init__(self, scene: Scene, named: bool) -> None:
         """Lose single sensors if ``named``, else rings, of which then one sensor matters."""
         super().__init__(scene)
         self.named, self.most = named, 1 + named

@@ -14,7 +14,7 @@ from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
 from ...objectives.criterion import Criterion, check_criterion
 from ...objectives.occlusion import occluders, sight
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.target_points import TargetPoints
 from ..space.design import Space
 
@@ -27,7 +27,7 @@ _COUNTED = 255  # sensors counted at a point
 _BLINDED = 16  # most poses for which the first return is modelled; beyond them, shadows
 
 
-def active_poses(scene: CoreScene) -> bool:
+def active_poses(scene: Scene) -> bool:
     """Return whether candidates are improved at few poses only: those that are worst for them."""
     return scene.over_poses == "worst" and len(scene.poses) > ACTIVE
 
@@ -227,7 +227,7 @@ def _joined(each: list[HeldViews]) -> HeldViews:
 
 
 def _held_views(
-    scene: CoreScene,
+    scene: Scene,
     groups: tuple[Group, ...],
     pose: int,
     points: Float[np.ndarray, "N 3"],

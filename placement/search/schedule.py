@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ...objectives.criterion import Criterion
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..space.design import Space
 from .exchange_points import active_poses
 
@@ -47,7 +47,7 @@ class Round:
 Schedule = tuple[Round, ...]
 
 
-def usual(scene: CoreScene, space: Space, aim: Criterion, known: bool = False) -> Schedule:
+def usual(scene: Scene, space: Space, aim: Criterion, known: bool = False) -> Schedule:
     """Return the schedule of a question; ``known``: for a search that starts from good setups."""
     rounds = any_rings(scene, space) if space.layout is None else given_rings(scene, space, aim)
     return rounds[2:] if known else rounds
@@ -59,7 +59,7 @@ def judging_points(schedule: Schedule) -> int:
     return 2 * max(r.points for r in schedule)
 
 
-def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
+def given_rings(scene: Scene, space: Space, aim: Criterion) -> Schedule:
     """Return the schedule for rings whose links and counts are given.
 
     From round to round points double, and candidates, the distance of the near places and the
@@ -92,7 +92,7 @@ def given_rings(scene: CoreScene, space: Space, aim: Criterion) -> Schedule:
     )
 
 
-def any_rings(scene: CoreScene, space: Space) -> Schedule:
+def any_rings(scene: Scene, space: Space) -> Schedule:
     """Return the schedule where the search chooses links and counts.
 
     From round to round points double, and candidates, places and trials become fewer.
@@ -115,6 +115,6 @@ def any_rings(scene: CoreScene, space: Space) -> Schedule:
     )
 
 
-def _clear(scene: CoreScene) -> bool:
+def _clear(scene: Scene) -> bool:
     """Return whether nothing hides points from sensors: a place is then tested quickly."""
     return scene.occlusion == "ignore" and not scene.obstacles

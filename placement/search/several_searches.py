@@ -11,7 +11,7 @@ from ...coverage.definitions.errors import InputError
 from ...coverage.rings.ring import Setup
 from ...objectives.mount_rules import Rules
 from ...objectives.named_layouts import ring_layout
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..space.design import Space
 from ..space.feasible_set import InfeasibleError
 from .context import SearchContext
@@ -31,7 +31,7 @@ _RINGS_PER_LINK, _SENSORS_PER_RING = 2, 16  # by default, the latter where the r
 Run = Callable[[SearchOptions, SearchContext], SearchResult]
 
 
-def space_of(options: SearchOptions, scene: CoreScene) -> Space:
+def space_of(options: SearchOptions, scene: Scene) -> Space:
     """Return the design space of a search, of several the first.
 
     Raises:
@@ -48,7 +48,7 @@ def space_of(options: SearchOptions, scene: CoreScene) -> Space:
     return Space(scene, ring_layout(scene, options.rings_per_link or _RINGS_PER_LINK, count))
 
 
-def _sensors_per_ring(options: SearchOptions, scene: CoreScene) -> int:
+def _sensors_per_ring(options: SearchOptions, scene: Scene) -> int:
     (least, most), count = scene.rules.sensors, options.sensors_per_ring
     if count is None:
         count = min(max(_SENSORS_PER_RING, least), most)
@@ -178,7 +178,7 @@ def fewest_sensors(options: SearchOptions, context: SearchContext) -> Reach:
     )
 
 
-def allowed_totals(scene: CoreScene, rings: int | None = None) -> Sequence[int]:
+def allowed_totals(scene: Scene, rings: int | None = None) -> Sequence[int]:
     """Return the sensor totals that the rules allow, ascending, up to ``_MOST``.
 
     Raises:

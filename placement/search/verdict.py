@@ -8,7 +8,7 @@ import numpy as np
 from ...coverage.rings.ring import Setup
 from ...objectives.criterion import judge
 from ...objectives.pose_subset import MANY, representative
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.verified import Verified
 from ...objectives.verify import Verifier
 from .context import SearchContext
@@ -93,7 +93,7 @@ def _best(setups: Sequence[Setup], context: SearchContext) -> Chosen:
     return min(judged, key=_rank)
 
 
-def _roughly_first(some: CoreScene, setups: Sequence[Setup], context: SearchContext) -> Chosen:
+def _roughly_first(some: Scene, setups: Sequence[Setup], context: SearchContext) -> Chosen:
     """Return the best of the setups by rough counts in the scene ``some``, counted at all poses
     unless Ctrl-C came."""
     best = replace(_best(setups, _rough(context, some)), verified=())
@@ -126,7 +126,7 @@ def _in_turn(setups: Sequence[Setup], context: SearchContext) -> Chosen:
     return best or replace(_judged(setups, 0, _rough(context, scene)), verified=())
 
 
-def _some(scene: CoreScene, luck: np.random.Generator) -> CoreScene:
+def _some(scene: Scene, luck: np.random.Generator) -> Scene:
     """Return the scene with a representative subset of its poses."""
     weights = representative(scene.pose_weights, ROUGH, luck)
     poses = (
@@ -135,14 +135,14 @@ def _some(scene: CoreScene, luck: np.random.Generator) -> CoreScene:
     return replace(scene, poses=tuple(poses))
 
 
-def _lowest(scene: CoreScene, verified: Sequence[Verified]) -> CoreScene:
+def _lowest(scene: Scene, verified: Sequence[Verified]) -> Scene:
     """Return the scene with the poses that are worst for a setup with these counts."""
     zeta = np.array([[p.zeta for p in v.poses] for v in verified])  # (G, P)
     poses = np.argsort(scene.goal_weights @ zeta)[:_LOWEST]
     return replace(scene, poses=tuple(scene.poses[i] for i in poses.tolist()))
 
 
-def _rough(context: SearchContext, scene: CoreScene) -> SearchContext:
+def _rough(context: SearchContext, scene: Scene) -> SearchContext:
     """Return the context of a count in coarse voxels, which reports its progress likewise."""
     verifier = context.verifier
     coarse = Verifier(scene, max(verifier.voxel or COARSE, COARSE), at=verifier.at)

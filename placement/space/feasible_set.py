@@ -20,7 +20,7 @@ from ...objectives.link_segments import (
     near_segments,
     segments,
 )
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .collisions import Collisions
 
 MOST_RINGS = 64  # free rings in a search that chooses counts: work and memory grow with them
@@ -46,7 +46,7 @@ class FeasibleSet:
 
     def __init__(
         self,
-        scene: CoreScene,
+        scene: Scene,
         layout: Setup | None = None,
         sensors: int | None = None,
         rings: int | None = None,
@@ -262,12 +262,12 @@ class FeasibleSet:
         return Ring(link, 0.0, count, 0.0, 0.0, self.radii[link], sensor)
 
 
-def segment_length(scene: CoreScene, s: Segment) -> float:
+def segment_length(scene: Scene, s: Segment) -> float:
     """Return the length of a segment, m; that of one without room to move counts as 0.1."""
     return max((s.high - s.low) * scene.robot.mount(s.link).length, 0.1)
 
 
-def _with_sensors_of(scene: CoreScene, layout: Setup | None) -> CoreScene:
+def _with_sensors_of(scene: Scene, layout: Setup | None) -> Scene:
     """Return the scene in which the new rings of a link have the sensor of the layout there."""
     limits = dict(scene.mounts)
     for ring in reversed(layout.rings if layout else ()):

@@ -9,7 +9,7 @@ from ...coverage.robots.base_frame import base_frame, frame_text
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import otherwise_tilted
 from ...objectives.occlusion import Unseeing
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.turned_cell import states_coordinates
 from ...objectives.verified import Verified
 from ...objectives.verify_breakdown import PARTS
@@ -28,7 +28,7 @@ ASSUMPTIONS = {
 }
 
 
-def without_lines(scene: CoreScene, setup: Setup) -> list[str]:
+def without_lines(scene: Scene, setup: Setup) -> list[str]:
     """Return a line for each link that has no ring because none is clear anywhere on it."""
     if not scene.real:
         return []
@@ -42,7 +42,7 @@ def without_lines(scene: CoreScene, setup: Setup) -> list[str]:
     return [f"No ring on {link}: {clear.why(link, radius)}." for link, radius in barred]
 
 
-def shared_tilt_line(scene: CoreScene, setup: Setup) -> str | None:
+def shared_tilt_line(scene: Scene, setup: Setup) -> str | None:
     """Return a line that names the fixed rings with another tilt than the shared one; None if there
     are none."""
     rings = setup.rings
@@ -84,7 +84,7 @@ def unseeing_lines(found: Sequence[Unseeing]) -> list[str]:
     return lines
 
 
-def scene_lines(scene: CoreScene) -> list[str]:
+def scene_lines(scene: Scene) -> list[str]:
     """Return lines about a robot without bodies, about a base frame that was not stated, and about
     obstacles that are not convex, whose convex hulls replace them."""
     bodiless = (
@@ -124,7 +124,7 @@ def part_lines(results: Sequence[Verified]) -> list[str]:
     return lines
 
 
-def base_lines(scene: CoreScene) -> list[str]:
+def base_lines(scene: Scene) -> list[str]:
     """Return a line if a UR arm has a cell that half a turn about z would change, and its scene
     states no base frame."""
     if scene.base_stated or base_frame(scene.robot) is None or not states_coordinates(scene):
@@ -140,7 +140,7 @@ def print_sight(
     console: Terminal,
     results: Sequence[Verified],
     blind: Sequence[Unseeing],
-    scene: CoreScene,
+    scene: Scene,
     mount: Sequence[str] = (),
 ) -> None:
     """Print what limits the view.

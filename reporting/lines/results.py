@@ -7,7 +7,7 @@ from ...coverage.rings.sensor_records import SensorRecord, title
 from ...coverage.robots.joint_values import assignments
 from ...formats.schema.gap_models import GapModel
 from ...objectives.reach import Beyond, beyond_sensors
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.separation_summary import Separations
 from ...objectives.verified import CalibrationEffect, Verified
 from ..tables import percent, target_label
@@ -70,7 +70,7 @@ def worst_line(result: Verified) -> str | None:
 _NONE = 0.5  # percent of a target, below which nothing is said
 
 
-def reach_lines(scene: CoreScene) -> list[str]:
+def reach_lines(scene: Scene) -> list[str]:
     """Return a line for each target of which no layout covers a part.
 
     Raises:

@@ -9,11 +9,11 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.surface_lift import Lift
 from ...coverage.robots.joint_values import radians_of
 from ...coverage.sensors.effective_range import model_of
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..text import counted
 
 
-def record_line(scene: CoreScene) -> str | None:
+def record_line(scene: Scene) -> str | None:
     """Return a line about the recorded motion behind the poses, or None if they come from no
     record.
     """
@@ -36,7 +36,7 @@ def record_line(scene: CoreScene) -> str | None:
     )
 
 
-def electronics_lines(scene: CoreScene) -> list[str]:
+def electronics_lines(scene: Scene) -> list[str]:
     """Return a line for each catalogue sensor of new rings that nothing limits, and one for each
     that its electronics limit to fewer sensors than the rules."""
     lines = dict[str, None]()
@@ -74,7 +74,7 @@ def lift_lines(lifts: Sequence[Lift], most_mm: float) -> Iterator[str]:
         yield f"Deeper than {most_mm:g} mm, so they stay and see nothing: {each}."
 
 
-def price_line(scene: CoreScene, setup: Setup) -> str | None:
+def price_line(scene: Scene, setup: Setup) -> str | None:
     """Return the price of a setup with its parts; None for a scene without prices."""
     prices, total = scene.prices, scene.price_of(setup)
     if prices is None or total is None:

@@ -18,7 +18,7 @@ from ...coverage.solids.polyhedra import Polyhedra, Polyhedron
 from ...coverage.solids.spheres import Spheres
 from ...coverage.solids.swept_tube import Tube
 from ...objectives.feasibility.ring_envelopes import envelope
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .surface import Surface
 
 _RING_WIDTH = 0.04  # m
@@ -150,7 +150,7 @@ def capsule_surfaces(
     return [surface(capsule(a, b, float(r))) for a, b, r in each]
 
 
-def band(scene: CoreScene, frames: Any, ring: Ring) -> Any:
+def band(scene: Scene, frames: Any, ring: Ring) -> Any:
     """Return the two edge circles (2, T, 3) m of a ring, through its sensors.
 
     A real ring is drawn from one end of its envelope to the other, any other one 4 cm wide.

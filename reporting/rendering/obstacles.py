@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...formats.export.palette import OBSTACLE
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .canvas import Canvas
 from .colours import rgb
 from .meshes import faces_within
@@ -17,7 +17,7 @@ _FLAT = 0.98  # least cosine of the angle between faces that make no edge
 _NEAR = 0.3  # m; obstacles as near to what a picture shows are part of it
 
 
-def with_obstacles(box: Float[np.ndarray, "2 3"], scene: CoreScene) -> Float[np.ndarray, "2 3"]:
+def with_obstacles(box: Float[np.ndarray, "2 3"], scene: Scene) -> Float[np.ndarray, "2 3"]:
     """Return a box (2, 3) m extended to the parts of obstacles that lie near it; a floor, which has
     no end, is drawn in the box as it is."""
     room = box + np.array([[-_NEAR], [_NEAR]])
@@ -26,7 +26,7 @@ def with_obstacles(box: Float[np.ndarray, "2 3"], scene: CoreScene) -> Float[np.
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
 
-def add_obstacles(canvas: Canvas, scene: CoreScene) -> None:
+def add_obstacles(canvas: Canvas, scene: Scene) -> None:
     """Add the obstacles within the canvas's box: their edges, and faces that let most through."""
     for one in scene.obstacles:
         faces = faces_within(one.body, canvas.box)

@@ -9,7 +9,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.robots.link_bodies import attached_at, carried_at, robot_capsules
 from ...coverage.robots.robot import Robot
 from ...formats.export.palette import ROBOT
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .canvas import Canvas
 from .colours import rgb
 from .meshes import ball, band, body, capsule_surfaces, circle, faces_of, loops, rod, tube
@@ -33,7 +33,7 @@ def canvas_about(ax: Any, robot: Robot, frames: Any, eye: tuple[float, float]) -
 
 def add_robot(
     canvas: Canvas,
-    scene: CoreScene,
+    scene: Scene,
     frames: Any,
     setup: Setup,
     colour: dict[str, str],

@@ -14,7 +14,7 @@ from ...coverage.sensors.sensor import Sensor
 from ...formats.firmware.cabling import cable_run
 from ...formats.firmware.wiring import FEED_V, RingWiring
 from ...formats.ring_frame import MOST_ZONES, Grid, frame_length
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..pages import escaped, table
 from ..text import counted
 from .cable_section import arm_power, bus_cable, wirings
@@ -40,7 +40,7 @@ def _power(count: int, sensor: Sensor) -> tuple[str, str]:
     return f"{least}{1000 * supply.power_w:.0f} mW", f"{least}{count * supply.power_w:.2f} W"
 
 
-def _bought(scene: CoreScene, setup: Setup) -> list[str]:
+def _bought(scene: Scene, setup: Setup) -> list[str]:
     """Return a table of prices and their sum; without prices, how to state them."""
     prices, total = scene.prices, scene.price_of(setup)
     if prices is None or total is None:
@@ -70,7 +70,7 @@ def _bought(scene: CoreScene, setup: Setup) -> list[str]:
     ]
 
 
-def _parts(scene: CoreScene, setup: Setup) -> list[str]:
+def _parts(scene: Scene, setup: Setup) -> list[str]:
     """Return a table of everything around the sensors: electronics, cables and printed rings."""
     board, parts = scene.electronics.board, Counter[str]()
     planned, notes = wirings(scene, setup)
@@ -103,7 +103,7 @@ def _parts(scene: CoreScene, setup: Setup) -> list[str]:
     ]
 
 
-def _feed(scene: CoreScene, setup: Setup) -> list[tuple[str, str, str]]:
+def _feed(scene: Scene, setup: Setup) -> list[tuple[str, str, str]]:
     """Return the rows of the feed of all rings, if they have one."""
     plan = arm_power(scene, setup)
     if plan is None or plan.supply_a is None or plan.awg is None:
@@ -115,7 +115,7 @@ def _feed(scene: CoreScene, setup: Setup) -> list[tuple[str, str, str]]:
 
 
 def _cables(
-    scene: CoreScene, setup: Setup, planned: list[RingWiring | None]
+    scene: Scene, setup: Setup, planned: list[RingWiring | None]
 ) -> list[tuple[str, str, str]]:
     """Return the rows of cables: USB cables by length, and the four-wire cable of all rings."""
     runs = [cable_run(scene, group).length for group in setup.groups]
@@ -144,7 +144,7 @@ def _kinds(setup: Setup) -> Counter[Sensor]:
     return kinds
 
 
-def materials(scene: CoreScene, setup: Setup) -> list[str]:
+def materials(scene: Scene, setup: Setup) -> list[str]:
     """Return the bill of materials as lines of Markdown: kinds of sensors, prices, then rings and
     single sensors with their data.
 
@@ -203,9 +203,7 @@ def materials(scene: CoreScene, setup: Setup) -> list[str]:
     ]
 
 
-def _sent(
-    scene: CoreScene, group: Group, wiring: RingWiring | None
-) -> tuple[int | float | None, int]:
+def _sent(scene: Scene, group: Group, wiring: RingWiring | None) -> tuple[int | float | None, int]:
     """Return the rate of a ring in Hz, None if it is not known, and the bytes of its frames."""
     if wiring is not None:
         return wiring.rate_hz, wiring.frame_bytes
@@ -215,14 +213,14 @@ def _sent(
     return hz, frame_length(group.count, grid)
 
 
-def _data(scene: CoreScene, group: Group, wiring: RingWiring | None) -> tuple[str, ...]:
+def _data(scene: Scene, group: Group, wiring: RingWiring | None) -> tuple[str, ...]:
     each, (hz, bytes_) = group.count * distances(group.sensor), _sent(scene, group, wiring)
     if hz is None:
         return UNKNOWN, f"{each}", UNKNOWN, UNKNOWN
     return f"{hz:g}", f"{each}", f"{each * hz:,.0f}", f"{bytes_ * hz:,.0f}"
 
 
-def _total(scene: CoreScene, setup: Setup, wired: list[RingWiring | None]) -> str:
+def _total(scene: Scene, setup: Setup, wired: list[RingWiring | None]) -> str:
     sent = [_sent(scene, group, one) for group, one in zip(setup.groups, wired, strict=True)]
     each = [group.count * distances(group.sensor) for group in setup.groups]
     rates = [hz for hz, _ in sent if hz is not None]

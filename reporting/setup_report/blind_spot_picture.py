@@ -14,7 +14,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.voxels.inscribed_balls import coarser
 from ...coverage.voxels.voxel_set import VoxelSet
 from ...objectives.blind_spots import Blind, BlindSpot
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..placement_picture import VIEWS
 from ..plots import COLOURS, GREY, INK
 from ..rendering.canvas import Canvas
@@ -43,7 +43,7 @@ def coarse(voxels: VoxelSet, most: int = _MOST) -> VoxelSet:
     return voxel_set(voxels.voxel * (1 << level), coarser(voxels, level, 0.5))
 
 
-def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind) -> None:
+def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind) -> None:
     """Draw the blind spots at the pose of the largest one, with their numbers: a PNG of 1800 x 900.
 
     The whole uncovered part of the target is faint behind them.
@@ -94,7 +94,7 @@ def blind_picture(path: Path, scene: CoreScene, setup: Setup, blind: Blind) -> N
     write_png(path, figure)
 
 
-def _draw_cell(canvas: Canvas, scene: CoreScene, setup: Setup, frames: Array) -> None:
+def _draw_cell(canvas: Canvas, scene: Scene, setup: Setup, frames: Array) -> None:
     """Draw floor, obstacles and the robot with its rings at ``frames``."""
     draw_room(canvas)
     add_obstacles(canvas, scene)

@@ -10,7 +10,7 @@ from ...coverage.rings.ring import Group, Setup
 from ...formats.firmware.cabling import USB_M, JointCrossing, cable_run, crossings
 from ...formats.firmware.power_plan import POWER_HEADS, PowerPlan, power_plan, power_rows
 from ...formats.firmware.wiring import RingWiring, plan_ring
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..pages import escaped, table
 from .directions import plain
 
@@ -28,7 +28,7 @@ def bus_cable(wiring: RingWiring) -> float:
     return trunk + wiring.count * wiring.bus.segments[1].cable_m
 
 
-def wirings(scene: CoreScene, setup: Setup) -> tuple[list[RingWiring | None], list[str]]:
+def wirings(scene: Scene, setup: Setup) -> tuple[list[RingWiring | None], list[str]]:
     """Return the wiring of each ring and single sensor, None where no bus bears it, and why."""
     planned, reasons = list[RingWiring | None](), list[str]()
     for i, group in enumerate(setup.groups):
@@ -40,13 +40,13 @@ def wirings(scene: CoreScene, setup: Setup) -> tuple[list[RingWiring | None], li
     return planned, reasons
 
 
-def arm_power(scene: CoreScene, setup: Setup) -> PowerPlan | None:
+def arm_power(scene: Scene, setup: Setup) -> PowerPlan | None:
     """Return the power plan of a setup; None if a ring has no wiring."""
     planned = [one for one in wirings(scene, setup)[0] if one is not None]
     return power_plan(scene, setup, planned) if len(planned) == len(setup.groups) else None
 
 
-def cable_section(scene: CoreScene, setup: Setup) -> Iterator[str]:
+def cable_section(scene: Scene, setup: Setup) -> Iterator[str]:
     """Yield the section's paragraphs and tables, as Markdown."""
     yield "## Cables and buses\n"
     planned, reasons = wirings(scene, setup)
@@ -115,7 +115,7 @@ def _row(
     )
 
 
-def _slips(scene: CoreScene, crossed: Sequence[JointCrossing]) -> Iterator[str]:
+def _slips(scene: Scene, crossed: Sequence[JointCrossing]) -> Iterator[str]:
     """Yield the table of joints."""
     rows = []
     for joint in crossed:

@@ -15,7 +15,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...formats.export.palette import OBSTACLE
 from ...objectives.occlusion import setup_sight
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..plots import GREY, INK
 from ..rendering.colours import UNSEEN_COLOUR
 from ..rendering.convex_outline import convex_outline
@@ -40,7 +40,7 @@ def _along(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " 3"]:
     return np.array([*(way * np.sign(lead)), 0.0])
 
 
-def _fields(scene: CoreScene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> dict[str, Any]:
+def _fields(scene: Scene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> dict[str, Any]:
     """Return implicit functions (N,), m, negative inside: the outer target, what it excludes, what
     is covered, and the obstacles."""
     q, target = scene.poses[0].q, scene.targets[0].target
@@ -58,7 +58,7 @@ def _fields(scene: CoreScene, setup: Setup, points: Float[np.ndarray, "N 3"]) ->
     }
 
 
-def definition_picture(path: Path, scene: CoreScene, setup: Setup) -> None:
+def definition_picture(path: Path, scene: Scene, setup: Setup) -> None:
     """Draw the first target of a scene in a section through the arm in its first pose.
 
     The section is the vertical plane through the middle of the joints, along the direction in which
@@ -109,7 +109,7 @@ def definition_picture(path: Path, scene: CoreScene, setup: Setup) -> None:
     write_png(path, figure)
 
 
-def _direction(along: Float[np.ndarray, " 3"], scene: CoreScene) -> str:
+def _direction(along: Float[np.ndarray, " 3"], scene: Scene) -> str:
     """Return the label of the horizontal axis: x or y of the base, or the direction between."""
     frame = frame_text(scene.robot)
     for axis in range(2):
@@ -119,7 +119,7 @@ def _direction(along: Float[np.ndarray, " 3"], scene: CoreScene) -> str:
     return f"along the arm, m: towards ({x:.2f}, {y:.2f}, 0) in x, y, z of {frame}"
 
 
-def _outline(ax: Any, scene: CoreScene, frames: Any, along: Any, through: Any) -> None:
+def _outline(ax: Any, scene: Scene, frames: Any, along: Any, through: Any) -> None:
     """Draw the robot's bodies as seen from the side, or the line of its joints if it has none."""
     from matplotlib.collections import PolyCollection
 
@@ -156,7 +156,7 @@ def _paint(ax: Any, u: Any, z: Any, fields: dict[str, Any]) -> None:
         ax.contour(u, z, fields["outer"], levels=[0.0], colors=[INK], linewidths=1.4)
 
 
-def _legend(figure: Any, scene: CoreScene) -> None:
+def _legend(figure: Any, scene: Scene) -> None:
     """Add the key of colours below the section."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..lines.occlusion import ASSUMPTIONS
 from ..tables import percent, target_label
 from ..text import listed
@@ -37,7 +37,7 @@ def definition_section(f: Facts) -> Iterator[str]:
     yield f"Vertical section through the arm{at}. ζ counts the whole volume, not this section.\n"
 
 
-def _meaning(scene: CoreScene) -> str:
+def _meaning(scene: Scene) -> str:
     words = {
         "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the arm's base",
         "V_T": f"V_T is the ball of {scene.curve.tcp_range:g} m about the tool",

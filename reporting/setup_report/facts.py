@@ -16,7 +16,7 @@ from ...objectives.feasibility.violations import faults
 from ...objectives.options import ReportOptions, RobustnessOptions
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.robustness import RingSensitivity, robustness
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.verified import CalibrationEffect, Verified
 from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
@@ -36,7 +36,7 @@ class Facts:
     """Name of the setup."""
     setup: Setup
     """The setup."""
-    scene: CoreScene
+    scene: Scene
     """Its scene."""
     options: ReportOptions
     """How it is counted."""
@@ -73,7 +73,7 @@ class Facts:
         return [r for goal in goals for r in self.zetas if r.setup == self.name and r.key == goal]
 
 
-def standing_for(scene: CoreScene, poses: int) -> CoreScene:
+def standing_for(scene: Scene, poses: int) -> Scene:
     """Return ``scene`` with at most ``poses`` representative poses."""
     if len(scene.poses) <= poses:
         return scene
@@ -84,7 +84,7 @@ def standing_for(scene: CoreScene, poses: int) -> CoreScene:
     return replace(scene, poses=kept)
 
 
-def looked_at(scene: CoreScene, worst: int) -> list[int]:
+def looked_at(scene: Scene, worst: int) -> list[int]:
     """Return the poses at which blind spots are computed: all, or some spread over the motion and
     the worst.
     """
@@ -97,7 +97,7 @@ def looked_at(scene: CoreScene, worst: int) -> list[int]:
 def gather(
     name: str,
     setup: Setup,
-    scene: CoreScene,
+    scene: Scene,
     options: ReportOptions,
     found: FoundModel | None,
     console: Terminal,

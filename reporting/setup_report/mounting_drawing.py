@@ -10,7 +10,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.robots.robot import Mount
 from ...formats.export.palette import link_colours
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..plots import COLOURS, GREY, GRID, INK
 from ..rendering.colours import rgb
 from ..rendering.figures import write_png
@@ -39,7 +39,7 @@ def ringed_links(setup: Setup) -> dict[str, list[int]]:
     return links
 
 
-def mounting_drawing(path: Path, scene: CoreScene, setup: Setup, link: str) -> None:
+def mounting_drawing(path: Path, scene: Scene, setup: Setup, link: str) -> None:
     """Draw the rings of a link with their dimensions.
 
     Args:
@@ -74,9 +74,7 @@ def mounting_drawing(path: Path, scene: CoreScene, setup: Setup, link: str) -> N
     write_png(path, figure)
 
 
-def _side_view(
-    ax: Any, scene: CoreScene, mount: Mount, rings: dict[int, Ring], colour: str
-) -> None:
+def _side_view(ax: Any, scene: Scene, mount: Mount, rings: dict[int, Ring], colour: str) -> None:
     """Draw the link from the side, proximal end on the left, with its rings and dimensions, mm."""
     from matplotlib.patches import Rectangle
 

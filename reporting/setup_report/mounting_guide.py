@@ -11,7 +11,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.joint_values import joint_text
 from ...objectives.robustness import RingSensitivity
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..pages import escaped, table
 from .directions import axis_name, bearing, heading, plain
 from .mounting_drawing import drawing_name, ringed_links
@@ -38,7 +38,7 @@ class MountPlace:
     """Direction of the first sensor in the base frame, in the scene's first pose."""
 
 
-def seat_list(scene: CoreScene, setup: Setup) -> list[MountPlace]:
+def seat_list(scene: Scene, setup: Setup) -> list[MountPlace]:
     """Return the mounting positions of a setup's rings, in their order."""
     joints, axis = (
         (*scene.robot.chain.joints, TCP),
@@ -58,7 +58,7 @@ def seat_list(scene: CoreScene, setup: Setup) -> list[MountPlace]:
     return found
 
 
-def mounting(scene: CoreScene, setup: Setup, sensitivity: Sequence[RingSensitivity]) -> list[str]:
+def mounting(scene: Scene, setup: Setup, sensitivity: Sequence[RingSensitivity]) -> list[str]:
     """Return the mounting tables of rings and single sensors, with their explanations, as lines of
     Markdown.
 
@@ -118,7 +118,7 @@ def _singles(setup: Setup) -> list[str]:
     ]
 
 
-def _rings(scene: CoreScene, setup: Setup) -> list[str]:
+def _rings(scene: Scene, setup: Setup) -> list[str]:
     """Return the table of rings, its explanation and the drawings as lines of Markdown."""
     rows, origins = [], dict[str, str]()
     for i, s in enumerate(seat_list(scene, setup)):
@@ -163,7 +163,7 @@ def _rings(scene: CoreScene, setup: Setup) -> list[str]:
     ]
 
 
-def _first_sensors(scene: CoreScene, setup: Setup) -> list[str]:
+def _first_sensors(scene: Scene, setup: Setup) -> list[str]:
     """Return the table of the directions of all sensors 0 as lines of Markdown."""
     rows = [
         (str(i), plain(s.ring.link), heading(s.look), bearing(s.look))

@@ -9,7 +9,7 @@ from ...formats.printing.payload import PLASTIC
 from ...formats.printing.print_checks import read_stl
 from ...formats.printing.print_files import board_screws, print_ring
 from ...formats.printing.print_plan import MM, UnbuildableError
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 
 DENSITY = PLASTIC / 1000  # g/cm³
 
@@ -30,7 +30,7 @@ class PrintedParts:
     """Why each other ring cannot be printed."""
 
 
-def printed_parts(scene: CoreScene, setup: Setup) -> PrintedParts:
+def printed_parts(scene: Scene, setup: Setup) -> PrintedParts:
     """Return the parts of all rings of a setup that can be printed."""
     parts = PrintedParts()
     for number, ring in enumerate(setup.rings):

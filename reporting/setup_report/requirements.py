@@ -4,7 +4,7 @@ import math
 
 from ...coverage.rings.ring import Setup
 from ...formats.schema.written_models import RequirementModel
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.verify import Verifier
 
 _WIDTHS = (0.005, 0.001, 0.0005)  # of the interval, until it decides
@@ -21,7 +21,7 @@ def requirement_sentence(r: RequirementModel) -> str:
     return f"{r.target} requires at least {r.required_percent:g} %; {proved}{doubt}"
 
 
-def decide(scene: CoreScene, setup: Setup) -> list[RequirementModel]:
+def decide(scene: Scene, setup: Setup) -> list[RequirementModel]:
     """Return the requirements of a scene's goals, decided for a setup.
 
     Each interval is narrowed until it decides its requirement, or down to a twentieth of a point.

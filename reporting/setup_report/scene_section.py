@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from ...coverage.rings.sensor_records import title
 from ...coverage.robots.joint_values import joint_text
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..lines.occlusion import ASSUMPTIONS
 from ..lines.results import calibration_lines
 from ..lines.scene import record_line
@@ -43,7 +43,7 @@ def scene_section(f: Facts) -> Iterator[str]:
     yield f"- Rings: {mounts}.\n"
 
 
-def _poses(scene: CoreScene) -> str:
+def _poses(scene: Scene) -> str:
     if (line := record_line(scene)) is not None:
         return f"Poses: {escaped(line)}"
     if len(scene.poses) > 1:
@@ -54,7 +54,7 @@ def _poses(scene: CoreScene) -> str:
     return f"Pose: {escaped(joint_text(scene.robot.chain, scene.poses[0].q))}."
 
 
-def _obstacles(scene: CoreScene) -> str:
+def _obstacles(scene: Scene) -> str:
     names = [escaped(o.name) for o in scene.obstacles]
     return (
         f"the cell has {counted(len(names), 'obstacle')}: {', '.join(names)}"

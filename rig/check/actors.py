@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.joint_values import angles_apart
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import STEP, NearStops, joined
 from ..robot.motion import (
@@ -58,7 +58,7 @@ class MovedRobot:
     def __init__(
         self,
         host: str,
-        scene: CoreScene,
+        scene: Scene,
         session: Session,
         itinerary: Itinerary,
         route: NearStops,
@@ -232,7 +232,7 @@ class Helper:
         )
 
 
-def hurried(scene: CoreScene) -> CoreScene:
+def hurried(scene: Scene) -> Scene:
     """Return ``scene`` with the fastest motion allowed, for a simulated robot, which can hurt
     nobody.
     """

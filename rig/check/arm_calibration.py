@@ -11,7 +11,7 @@ from ...coverage.robots.calibration import dh_table
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Robot
 from ...formats.robots.calibration_files import calibrated_by
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..robot.dashboard import ModelUnreadError, read_model
 from ..robot.primary_interface import PORT as KINEMATICS_PORT
 from ..robot.primary_interface import CalibrationUnreadError, read_kinematics
@@ -24,13 +24,13 @@ _EQUAL = 1e-4  # m at the TCP, by which a file may differ from its controller
 class ArmKinematics:
     """The scene of a check with the kinematics of its arm."""
 
-    scene: CoreScene
+    scene: Scene
     """The scene."""
     warnings: tuple[str, ...] = ()
     """Why the kinematics may not be those of the arm."""
 
 
-def arm_kinematics(scene: CoreScene, host: str, move: bool = False) -> ArmKinematics:
+def arm_kinematics(scene: Scene, host: str, move: bool = False) -> ArmKinematics:
     """Return a scene with the calibration that the controller at ``host`` states.
 
     A calibration that the scene has already stays, and a warning says if the controller states
@@ -82,7 +82,7 @@ def _require_model(robot: Robot, host: str, why: str) -> None:
         )
 
 
-def _compared(scene: CoreScene, own: Robot) -> ArmKinematics:
+def _compared(scene: Scene, own: Robot) -> ArmKinematics:
     """Return a scene with the kinematics of its controller, ``own``, unless it has a file's."""
     given = scene.robot.calibration
     if given is None:
@@ -96,7 +96,7 @@ def _compared(scene: CoreScene, own: Robot) -> ArmKinematics:
     return ArmKinematics(scene, (reason,))
 
 
-def _apart(scene: CoreScene, other: Robot) -> float:
+def _apart(scene: Scene, other: Robot) -> float:
     """Return the largest distance of the TCPs of two robots at the scene's poses, m."""
     q = np.array([pose.q for pose in scene.poses], float)
     one, two = (forward(r.chain, q)[:, -1, :3, 3] for r in (scene.robot, other))

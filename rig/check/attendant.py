@@ -8,7 +8,7 @@ from rich.table import Table
 
 from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...reporting.terminal import Terminal, say
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import NearStops, by_ring
@@ -50,7 +50,7 @@ class Attendant:
         """Warn at once that the robot was not seen to stand still."""
         say(f"ATTENTION: {text}", error=True)
 
-    def show_near_stops(self, stops: NearStops, setup: Setup, scene: CoreScene) -> None:
+    def show_near_stops(self, stops: NearStops, setup: Setup, scene: Scene) -> None:
         """Print the share of the near stop that each ring keeps along the route, and what reduces
         it.
         """
@@ -88,7 +88,7 @@ class Attendant:
         if warning:
             self.note(f"Warning: {warning}")
 
-    def confirm(self, scene: CoreScene, plans: Plans, itinerary: Itinerary) -> None:
+    def confirm(self, scene: Scene, plans: Plans, itinerary: Itinerary) -> None:
         """Print what will move and what stops it, and ask for confirmation.
 
         Raises:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...formats.printing.payload import BOARD, PLASTIC, STEEL, Payload, payload
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .dry_run import DryRun, fastest
 from .planned_check import ring_names
 
@@ -20,7 +20,7 @@ _NEAR = 1e-9  # rad; no rotation
 HEADING = "Before a first move, set or check on the controller:"
 
 
-def before_move(scene: CoreScene, setup: Setup, run: DryRun) -> list[str]:
+def before_move(scene: Scene, setup: Setup, run: DryRun) -> list[str]:
     """Return the list of what to set and to check on the controller, a line for each.
 
     Args:
@@ -83,7 +83,7 @@ def _rotation_vector(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
     return np.where(np.abs(vector) < _NEAR, 0.0, vector)
 
 
-def _limits(scene: CoreScene, setup: Setup, run: DryRun) -> Iterator[str]:
+def _limits(scene: Scene, setup: Setup, run: DryRun) -> Iterator[str]:
     speed = math.degrees(scene.motion.speed)
     yield (
         f"Joint speed limit of the safety functions: the check needs {speed:.0f}°/s and no joint"
@@ -97,7 +97,7 @@ def _limits(scene: CoreScene, setup: Setup, run: DryRun) -> Iterator[str]:
     yield f"Joint position limits: the plan uses, in degrees, {ranges}."
 
 
-def _planes(scene: CoreScene) -> Iterator[str]:
+def _planes(scene: Scene) -> Iterator[str]:
     floors = [f"{o.keys['floor']:g} m" for o in scene.obstacles if "floor" in o.keys]
     if floors:
         yield (

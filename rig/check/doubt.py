@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..poses.near_stops import near_stops
 from ..sensing.expected import expected
 from ..sensing.noise import USUAL_NOISE
@@ -54,7 +54,7 @@ class Doubt:
 
 
 def doubt(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     readings: Readings,
     joints: Float[np.ndarray, "P J"],
@@ -114,7 +114,7 @@ def doubt(
 
 
 def _own_body(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     joints: Float[np.ndarray, "P J"],
     near: Int[np.ndarray, "P K"],

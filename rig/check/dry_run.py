@@ -8,7 +8,7 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import sensor_axes
 from ...coverage.robots.kinematics import forward
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..poses.itinerary import Itinerary
 from ..poses.routes import STEP, straight
 from .plans import Plans
@@ -43,7 +43,7 @@ class DryRun:
         return np.stack([self.joints.min(axis=0), self.joints.max(axis=0)], axis=1)
 
 
-def dry_run(scene: CoreScene, setup: Setup, plans: Plans, seed: int) -> DryRun:
+def dry_run(scene: Scene, setup: Setup, plans: Plans, seed: int) -> DryRun:
     """Return the motion of a check that starts at the scene's first pose.
 
     A robot that stands elsewhere at the start takes another first way.
@@ -58,7 +58,7 @@ def dry_run(scene: CoreScene, setup: Setup, plans: Plans, seed: int) -> DryRun:
     return motion_of(scene, plans, Itinerary(scene, setup, start, plans.poses, seed))
 
 
-def motion_of(scene: CoreScene, plans: Plans, route: Itinerary) -> DryRun:
+def motion_of(scene: Scene, plans: Plans, route: Itinerary) -> DryRun:
     """Return the motion along an itinerary, from its start.
 
     The leading joint has the speed of the scene's ``[motion]``; starting and braking are not
@@ -87,7 +87,7 @@ def motion_of(scene: CoreScene, plans: Plans, route: Itinerary) -> DryRun:
     return DryRun(np.concatenate(time), np.concatenate(joints), tuple(stops), tuple(left))
 
 
-def fastest(scene: CoreScene, setup: Setup, run: DryRun) -> float:
+def fastest(scene: Scene, setup: Setup, run: DryRun) -> float:
     """Return the largest speed of a joint's origin, of the TCP or of a sensor in a dry run, m/s."""
     moving = np.diff(run.time) > 0
     if not moving.any():

@@ -10,7 +10,7 @@ from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...formats.schema.proposal_models import ProposalFile
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..recording.recording import Recording
 from ..rings.line_monitor import BAUD, Port
 from ..robot.link import START
@@ -58,7 +58,7 @@ class LiveCheck:
     """Name of the setup, for display."""
     setup: Setup
     """The rings, rounded as in the proposal's file."""
-    scene: CoreScene
+    scene: Scene
     """The scene; for a simulated rig with its cell."""
     options: CheckOptions
     """What to do."""
@@ -69,7 +69,7 @@ class LiveCheck:
 
     @staticmethod
     def of(
-        name: str, setup: Setup, scene: CoreScene, options: CheckOptions, host: str | None
+        name: str, setup: Setup, scene: Scene, options: CheckOptions, host: str | None
     ) -> "LiveCheck":
         """Create a check and verify that it may run; read the calibration of a real arm.
 
@@ -207,7 +207,7 @@ class LiveCheck:
             raise UserError(f"--robot-host {self.host or 'sim'}: {fault}") from fault
 
 
-def _started(scene: CoreScene, setup: Setup, options: CheckOptions, folder: Path) -> SimulatedRig:
+def _started(scene: Scene, setup: Setup, options: CheckOptions, folder: Path) -> SimulatedRig:
     try:
         return simulated_rig(scene, setup, options.seed, folder, options.injected)
     except SimulationError as error:

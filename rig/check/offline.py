@@ -10,7 +10,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...coverage.robots.joint_values import angles_apart
 from ...formats.schema.proposal_models import ProposalFile
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..mount.stop_plan import FRAMES, MountPlan
 from ..rings.line_monitor import BAUD, Port
 from ..robot.vetting import STALE
@@ -32,7 +32,7 @@ _LONGEST = 3600.0  # s, of a self check
 
 
 def file_check(
-    name: str, setup: Setup, scene: CoreScene, from_: FileOptions, options: CheckOptions
+    name: str, setup: Setup, scene: Scene, from_: FileOptions, options: CheckOptions
 ) -> CheckData:
     """Read a check from files.
 
@@ -69,7 +69,7 @@ class _Steps:
     def __init__(
         self,
         setup: Setup,
-        scene: CoreScene,
+        scene: Scene,
         from_: FileOptions,
         options: CheckOptions,
         data: FileData,

@@ -13,7 +13,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
 from ...formats.export.palette import COVERED_TWICE, OBSTACLE, UNCOVERED, WARNING
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...reporting.plots import COLOURS, GREY, INK, plain
 from ...reporting.rendering.canvas import Canvas
 from ...reporting.rendering.colours import rgb
@@ -105,7 +105,7 @@ def _key(figure: "Figure", entries: list[tuple[str, str, str]]) -> None:
     figure.legend(handles, texts, loc="lower center", ncols=5, frameon=False, fontsize=11)
 
 
-def _rings(scene: CoreScene, setup: Setup, built: AsBuilt | None, verdicts: list[str]) -> "Figure":
+def _rings(scene: Scene, setup: Setup, built: AsBuilt | None, verdicts: list[str]) -> "Figure":
     """Draw the rings, as built where that is known, at the scene's first pose."""
     q = scene.poses[0].q
     frames, shown = forward(scene.robot.chain, q), setup if built is None else built.setup
@@ -132,9 +132,7 @@ def _rings(scene: CoreScene, setup: Setup, built: AsBuilt | None, verdicts: list
     return figure
 
 
-def _numbers(
-    canvas: Canvas, frames: Any, scene: CoreScene, setup: Setup, verdicts: list[str]
-) -> None:
+def _numbers(canvas: Canvas, frames: Any, scene: Scene, setup: Setup, verdicts: list[str]) -> None:
     """Write the numbers of the rings in columns beside the robot."""
     middles = np.array([band(scene, frames, r).reshape(-1, 3).mean(axis=0) for r in setup.rings])
     at = canvas.project(middles)[0]
@@ -162,7 +160,7 @@ def _numbers(
 
 
 def _readings(
-    scene: CoreScene, setup: Setup, read: Stops, built: AsBuilt | None, verdicts: list[str]
+    scene: Scene, setup: Setup, read: Stops, built: AsBuilt | None, verdicts: list[str]
 ) -> "Figure":
     """Draw each sensor's reading at each stop over the expected one, of the ring as built where
     that is estimated."""
@@ -223,7 +221,7 @@ def _panel(
     ax.tick_params(labelsize=8)
 
 
-def _trials(scene: CoreScene, setup: Setup, rod: RodCheck) -> "Figure":
+def _trials(scene: Scene, setup: Setup, rod: RodCheck) -> "Figure":
     """Draw the trials at the pose with most contradictions, of several the first."""
     plan = rod.plan
     wrong = rod.tested & (rod.seen != plan.covered)

@@ -17,7 +17,7 @@ from ...formats.schema.base_model import StrictModel
 from ...formats.schema.field_types import Percent
 from ...formats.schema.versions import VersionedFile
 from ...formats.writing import to_toml, write_text
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..mount.stop_plan import MountPlan
 from ..rod.rod import Detection, Rod
 from ..rod.trial_plan import RodPlan, Stratum
@@ -151,7 +151,7 @@ def write_rod_plan(path: Path, plan: RodPlan) -> None:
     write_text(path, to_toml(rod_plan_model(plan)))
 
 
-def rod_plan_of(file: RodPlanFile, scene: CoreScene) -> RodPlan:
+def rod_plan_of(file: RodPlanFile, scene: Scene) -> RodPlan:
     """Convert a file model to a plan of trials in a target of ``scene``, or in a named one.
 
     Raises:

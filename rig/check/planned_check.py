@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from ...coverage.definitions.errors import explain
 from ...coverage.rings.ring import Setup
 from ...formats.schema.versions import FROM_FILE
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..rings.line_monitor import Port
 from ..simulated_cell.ground_truth import Injected, injected
 from .models import AboutFile
@@ -21,7 +21,7 @@ class PlannedCheck:
 
     about: AboutFile
     """Header of the recording."""
-    scene: CoreScene
+    scene: Scene
     """Robot, cell and targets."""
     setup: Setup
     """The rings as proposed."""

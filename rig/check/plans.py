@@ -15,7 +15,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.targets.target import Target
 from ...formats.model_reader import read_model
 from ...formats.writing import output_files
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..mount.stop_plan import FRAMES, MountPlan, planned, require_cell
 from ..poses.itinerary import reachable
 from ..poses.routes import Clearance
@@ -55,7 +55,7 @@ class Plans:
         return [plan.joints for plan in (self.mount, *self.rods[:1]) if plan is not None]
 
 
-def plan_check(setup: Setup, scene: CoreScene, options: CheckOptions, moved: bool) -> Plans:
+def plan_check(setup: Setup, scene: Scene, options: CheckOptions, moved: bool) -> Plans:
     """Plan a check. The trials are shared evenly among the targets.
 
     Args:
@@ -100,7 +100,7 @@ def trials_file(target: Target) -> str:
 
 
 def read_plans(
-    scene: CoreScene, parts: Sequence[Part], folder: Path, required: bool = True
+    scene: Scene, parts: Sequence[Part], folder: Path, required: bool = True
 ) -> tuple[MountPlan | None, tuple[RodPlan, ...]]:
     """Return the plans in a folder that ``write_plans`` wrote: of the stops, and of the trials in
     each of the scene's targets.
@@ -137,7 +137,7 @@ def read_plans(
     return mount, tuple(rods)
 
 
-def _require_joints(file: Path, scene: CoreScene, joints: Float[np.ndarray, "P J"]) -> None:
+def _require_joints(file: Path, scene: Scene, joints: Float[np.ndarray, "P J"]) -> None:
     wanted = len(scene.robot.chain)
     if joints.shape[1] != wanted:
         raise UserError(
@@ -146,7 +146,7 @@ def _require_joints(file: Path, scene: CoreScene, joints: Float[np.ndarray, "P J
         )
 
 
-def write_plans(scene: CoreScene, plans: Plans, folder: Path) -> list[str]:
+def write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
     """Write the plans into a folder; return the names of the files."""
     files = []
     with output_files(folder) as new:

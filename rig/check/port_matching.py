@@ -10,7 +10,7 @@ from jaxtyping import Float
 from scipy.optimize import linear_sum_assignment
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..mount.channel_assignment import best_order, costs
 from ..mount.hand_sweep import passages
 from ..rings.protocol import Counts
@@ -66,7 +66,7 @@ def by_waving(waves: Mapping[int, Readings], setup: Setup) -> Ports:
     return _distinct(owner)
 
 
-def by_pattern(scene: CoreScene, setup: Setup, stops: Stops) -> Ports:
+def by_pattern(scene: Scene, setup: Setup, stops: Stops) -> Ports:
     """Return the ports that belong to other rings, from the readings at stops: what each ring
     should see of the robot itself and of the cell, in any order of its wires, mounted as proposed
     or the other way round.

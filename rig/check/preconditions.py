@@ -8,7 +8,7 @@ from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
 from ...objectives.motion_limits import Motion
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..poses.clear import sunk
 from ..poses.near_stops import NearStops
 from ..rings.protocol import Counts
@@ -28,7 +28,7 @@ def require_revolute(robot: Robot) -> None:
         )
 
 
-def require_known_cell(scene: CoreScene) -> None:
+def require_known_cell(scene: Scene) -> None:
     """Raise UserError that says what to add if the scene does not describe everything a moving
     robot could hit.
     """
@@ -54,14 +54,14 @@ def require_known_cell(scene: CoreScene) -> None:
         )
 
 
-def least_near_share(scene: CoreScene) -> float:
+def least_near_share(scene: Scene) -> float:
     """Return which share of the sensors must keep the full near stop. A scene may ask for more than
     by default, not for less: that is a waiver.
     """
     return max(scene.motion.near_share, Motion.near_share)
 
 
-def require_near_stop(stops: NearStops, scene: CoreScene, waived: bool) -> None:
+def require_near_stop(stops: NearStops, scene: Scene, waived: bool) -> None:
     """Raise UserError if too few sensors keep the full near stop, unless ``waived``."""
     least = least_near_share(scene)
     if stops.share >= least or waived:

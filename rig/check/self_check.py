@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..sensing.expected import ROBOT, expected
 from ..sensing.noise import Noise
 from ..sensing.readings import Readings, at_stops
@@ -118,7 +118,7 @@ def sensor_names(setup: Setup, which: Int[np.ndarray, " s"]) -> list[str]:
 
 
 def self_check(
-    scene: CoreScene, setup: Setup, readings: Readings, noise: Noise | None = None
+    scene: Scene, setup: Setup, readings: Readings, noise: Noise | None = None
 ) -> SelfCheck:
     """Evaluate readings taken while the robot stood still.
 

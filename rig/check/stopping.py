@@ -22,7 +22,7 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import BASE
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ...objectives.motion_limits import Motion
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..robot.motion import LOOK
 from ..robot.motion_process import DECELERATION, TICK
 from ..sensing.expected import beams_at
@@ -50,7 +50,7 @@ class StopBound:
     """Largest distance that a point of the robot travels from the event to standstill, m."""
 
 
-def lever(scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> float:
+def lever(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> float:
     """Return how far a point of the robot's bodies or a sensor moves at most for each radian of the
     leading joint, m/rad, between consecutive poses of a route.
     """
@@ -132,7 +132,7 @@ def slow_enough(near: float, seconds: float, lever: float) -> float:
 
 
 def bounds_of_route(
-    scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "P J"], real: bool
+    scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"], real: bool
 ) -> tuple[list[StopBound], str | None]:
     """Return the bounds for a route, and a warning if the robot may travel farther than the near
     stop after a reading below it.
@@ -166,7 +166,7 @@ def bounds_of_route(
     return bounds, warning
 
 
-def _too_far(bound: StopBound, scene: CoreScene, lever: float) -> str:
+def _too_far(bound: StopBound, scene: Scene, lever: float) -> str:
     """Say in one line how far the robot travels, and what would keep it within ``near_m``."""
     near, event = scene.motion.near, bound.event
     if event == NEAR:

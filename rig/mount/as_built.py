@@ -19,7 +19,7 @@ from ...formats.schema.field_types import Percent
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml
 from ...objectives.occlusion import sight
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.tolerance import exact_zetas
 from ...objectives.verify import Verifier
 from .fit_record import fit_of
@@ -51,7 +51,7 @@ class ZetaModel(StrictModel):
 class AsBuilt:
     """The setup as built."""
 
-    scene: CoreScene
+    scene: Scene
     """The scene."""
     proposed: Setup
     """The proposed setup."""

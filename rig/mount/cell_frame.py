@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Ring, Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...objectives.turned_cell import turned_obstacle
 from ..sensing.expected import expected
 from ..sensing.readings import Stops
@@ -23,12 +23,12 @@ _COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting er
 _FITS = 1.0  # mean cost of a reading, below which a cell explains the readings of fitted rings
 
 
-def turned(scene: CoreScene) -> CoreScene:
+def turned(scene: Scene) -> Scene:
     """Return the scene with its obstacles turned by 180° about the z axis of the base."""
     return replace(scene, obstacles=tuple(map(turned_obstacle, scene.obstacles)))
 
 
-def cell_is_turned(scene: CoreScene, setup: Setup, stops: Stops) -> bool:
+def cell_is_turned(scene: Scene, setup: Setup, stops: Stops) -> bool:
     """Whether the readings at the stops fit the turned cell, and clearly not the stated one,
     however the rings are wired and mounted.
     """
@@ -43,7 +43,7 @@ def cell_is_turned(scene: CoreScene, setup: Setup, stops: Stops) -> bool:
     return other <= _FITS * count and stated > 2 * other + SURE * len(setup.rings)
 
 
-def _cost(scene: CoreScene, setup: Setup, stops: Stops) -> float:
+def _cost(scene: Scene, setup: Setup, stops: Stops) -> float:
     """Return the cost of all readings in the best order of each ring's wires, mounted as
     proposed.
     """
@@ -61,7 +61,7 @@ def _cost(scene: CoreScene, setup: Setup, stops: Stops) -> float:
     return total
 
 
-def _fitted_cost(scene: CoreScene, setup: Setup, stops: Stops) -> float:
+def _fitted_cost(scene: Scene, setup: Setup, stops: Stops) -> float:
     """Return the same for fitted rings; a ring that cannot be fitted is as proposed."""
     total, fits = 0.0, fit_mount(scene, setup, stops)
     for fit, (_, measured) in zip(fits, _by_ring(setup, stops), strict=True):

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring, Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..sensing.expected import CELL, ROBOT, expected
 from ..sensing.noise import USUAL_NOISE
 from ..sensing.readings import BLOCKED, Stops
@@ -52,7 +52,7 @@ class _Measured:
 
 
 def fit_mount(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     stops: Stops,
     zones: Mapping[int, Stops] | None = None,
@@ -80,7 +80,7 @@ def fit_mount(
     return tuple(fits)
 
 
-def _advice(scene: CoreScene, ring: Ring, measured: _Measured) -> str:
+def _advice(scene: Scene, ring: Ring, measured: _Measured) -> str:
     """Return what to do about a ring with too few readings of the cell."""
     if measured.mute.all():
         return "no sensor of it answers: check its cable, its power and its firmware"
@@ -97,7 +97,7 @@ def _advice(scene: CoreScene, ring: Ring, measured: _Measured) -> str:
     )
 
 
-def _fit_zones(scene: CoreScene, ring: Ring, measured: _Measured) -> RingFit:
+def _fit_zones(scene: Scene, ring: Ring, measured: _Measured) -> RingFit:
     """Fit a ring of sensors with zones; without values if their grids fit no turn.
 
     The first returns, which do not depend on the order of the zones, then show where the ring sits
@@ -118,7 +118,7 @@ def _fit_zones(scene: CoreScene, ring: Ring, measured: _Measured) -> RingFit:
     )
 
 
-def _misfits(scene: CoreScene, fit: RingFit, measured: _Measured) -> dict[int, str]:
+def _misfits(scene: Scene, fit: RingFit, measured: _Measured) -> dict[int, str]:
     """Return what is mixed in a fitted ring's grids that fit no turn and no mirror, by wire."""
     zones = measured.zones
     assert zones is not None
@@ -132,7 +132,7 @@ def _misfits(scene: CoreScene, fit: RingFit, measured: _Measured) -> dict[int, s
     return found
 
 
-def _fit(scene: CoreScene, ring: Ring, measured: _Measured) -> RingFit:
+def _fit(scene: Scene, ring: Ring, measured: _Measured) -> RingFit:
     """Fit a ring, with the readings of its zones if there are some."""
     joints, distance, zones = measured.joints, measured.distance, measured.zones
     sigma = USUAL_NOISE.at(np.nan_to_num(distance)) * median_error(measured.valid)
@@ -209,7 +209,7 @@ class _Seated(NamedTuple):
 
 
 def _turns(
-    scene: CoreScene,
+    scene: Scene,
     found: _Seated,
     zones: Stops,
     joints: Float[np.ndarray, "P J"],
@@ -222,7 +222,7 @@ def _turns(
 
 
 def _seated(
-    scene: CoreScene,
+    scene: Scene,
     start: Ring,
     measured: _Measured,
     read: Read,

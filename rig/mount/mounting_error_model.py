@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring, Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, only, to_body
 
 # m along the link towards distal, rad, rad, m that its sensors read too much
@@ -19,14 +19,14 @@ _STEP = 1e-6  # m and rad, of finite differences
 _STEEP = 6.0  # m per m or rad
 
 
-def free(scene: CoreScene, ring: Ring) -> Int[np.ndarray, " p"]:
+def free(scene: Scene, ring: Ring) -> Int[np.ndarray, " p"]:
     """Return the indices of ``NAMES`` that apply to a ring: a ring with a fixed position along the
     axis cannot slip.
     """
     return np.arange(4) if scene.robot.mount(ring.link).length > 0 else np.arange(1, 4)
 
 
-def moved(scene: CoreScene, ring: Ring, values: Float[np.ndarray, " 4"]) -> Ring:
+def moved(scene: Scene, ring: Ring, values: Float[np.ndarray, " 4"]) -> Ring:
     """Return the ring with errors ``values`` (4,) of ``NAMES``; the offset does not move it."""
     length = scene.robot.mount(ring.link).length
     slip = values[0] / length if length > 0 else 0.0
@@ -39,7 +39,7 @@ def moved(scene: CoreScene, ring: Ring, values: Float[np.ndarray, " 4"]) -> Ring
 
 
 def slopes(
-    scene: CoreScene, ring: Ring, joints: Float[np.ndarray, "P J"], which: Bool[np.ndarray, "P n"]
+    scene: Scene, ring: Ring, joints: Float[np.ndarray, "P J"], which: Bool[np.ndarray, "P n"]
 ) -> tuple[Float[np.ndarray, " M"], Float[np.ndarray, "M 4"]]:
     """Return the distances (M,) m of the nearest surface of the cell in the beams of a ring of n
     sensors, and their derivatives (M, 4) by ``NAMES``, for the M pairs of joint vector and sensor

@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float
 from scipy.optimize import least_squares
 
 from ...coverage.rings.ring import Ring, Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..sensing.expected import CELL, expected
 from .mounting_error_model import LIMITS, free, grazing, moved, slopes
 
@@ -64,7 +64,7 @@ class Solved(NamedTuple):
     """Scale of the residuals."""
 
 
-def solve(scene: CoreScene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"]) -> Solved:
+def solve(scene: Scene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"]) -> Solved:
     """Estimate the errors of ``ring``, starting at ``values`` (4,).
 
     Raises:
@@ -92,7 +92,7 @@ def solve(scene: CoreScene, ring: Ring, read: Read, values: Float[np.ndarray, " 
 
 
 def _counting(
-    scene: CoreScene,
+    scene: Scene,
     ring: Ring,
     read: Read,
     values: Float[np.ndarray, " 4"],
@@ -139,7 +139,7 @@ class _Problem:
 
     def __init__(
         self,
-        scene: CoreScene,
+        scene: Scene,
         ring: Ring,
         read: Read,
         which: np.ndarray,

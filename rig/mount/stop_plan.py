@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..poses.clear import drawn
 from ..sensing.expected import CELL, expected
 from ..sensing.noise import USUAL_NOISE
@@ -41,7 +41,7 @@ class MountPlan:
 
 
 def planned(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     poses: int = POSES,
     frames: int = FRAMES,
@@ -81,7 +81,7 @@ def planned(
     return MountPlan(joints[chosen][order], frames, total - np.eye(4))
 
 
-def require_cell(scene: CoreScene) -> None:
+def require_cell(scene: Scene) -> None:
     """Raise ValueError if the scene has no obstacles, so that no reading shows how rings sit."""
     if not scene.obstacles:
         raise ValueError(
@@ -90,7 +90,7 @@ def require_cell(scene: CoreScene) -> None:
 
 
 def _information(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     joints: Float[np.ndarray, "C J"],
     errors: Float[np.ndarray, "R 4"],

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Ring, Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..sensing.readings import Stops
 from ..sensing.zone_grid import GridTurn, every_turn, stated_turn, zone_grid
 from ..sensing.zone_targets import expected_zones
@@ -61,7 +61,7 @@ class ZoneTurns:
 
 
 def turn_costs(
-    scene: CoreScene, built: Ring, stops: Stops, joints: Float[np.ndarray, "P J"], offset: float
+    scene: Scene, built: Ring, stops: Stops, joints: Float[np.ndarray, "P J"], offset: float
 ) -> tuple[list[GridTurn], Float[np.ndarray, "g n n"]]:
     """Return the turns, and the cost of each wire (row) in each seat (column) at each turn.
 
@@ -118,7 +118,7 @@ def zone_turns(
 
 
 def nearest_zones(
-    scene: CoreScene,
+    scene: Scene,
     built: Ring,
     stops: Stops,
     joints: Float[np.ndarray, "P J"],

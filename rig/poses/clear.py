@@ -11,7 +11,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.segments import segment_to_segment
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 
 CELL, OWN = 0.1, 0.04  # m, clearance of the robot's bodies, from which rings protrude
 _ALONG = 9  # points on a body's axis, tested against the cell
@@ -23,7 +23,7 @@ _APART = 0.1  # m; bodies that can be farther apart are not neighbours
 
 
 def gaps(
-    scene: CoreScene, joints: Float[np.ndarray, "P J"]
+    scene: Scene, joints: Float[np.ndarray, "P J"]
 ) -> tuple[Float[np.ndarray, "P A"], Float[np.ndarray, "P B"]]:
     """Return the distances at P poses, m: (P, A) between each pair of the robot's bodies, and (P,
     B) between each body and each obstacle; see ``from_cell``.
@@ -43,7 +43,7 @@ def _from_each_other(bodies: Capsules) -> Float[np.ndarray, "P A"]:
     return np.asarray(axes - radius[a] - radius[b])
 
 
-def from_cell(scene: CoreScene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
+def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
     """Return the distances (P, N * O) m of N capsules from O obstacles, from points on the
     capsules' axes. They are at most 1/64 of an axis too large, because an obstacle's function is
     convex along it.
@@ -76,7 +76,7 @@ def _from_body(
 
 
 def clear(
-    scene: CoreScene,
+    scene: Scene,
     joints: Float[np.ndarray, "P J"],
     cell: float = CELL,
     own: float = OWN,
@@ -95,7 +95,7 @@ def clear(
 
 
 def least_gaps(
-    scene: CoreScene, own: float, cell: float, slack: float = 0.0
+    scene: Scene, own: float, cell: float, slack: float = 0.0
 ) -> tuple[Float[np.ndarray, " A"], Float[np.ndarray, " B"]]:
     """Return the distances that the pairs of ``gaps`` must keep, m: ``own`` and ``cell``, plus
     ``slack``.
@@ -119,7 +119,7 @@ def least_gaps(
     )
 
 
-def neighbours(scene: CoreScene) -> Bool[np.ndarray, " A"]:
+def neighbours(scene: Scene) -> Bool[np.ndarray, " A"]:
     """Return which pairs of the robot's bodies (A,), in the order of ``gaps``, are never far apart,
     such as those on both sides of a joint. They are close in all of many random poses within the
     joint limits.
@@ -130,7 +130,7 @@ def neighbours(scene: CoreScene) -> Bool[np.ndarray, " A"]:
     return np.asarray((_from_each_other(bodies) < _APART).all(axis=0))
 
 
-def fixed(scene: CoreScene) -> Bool[np.ndarray, " B"]:
+def fixed(scene: Scene) -> Bool[np.ndarray, " B"]:
     """Return which distances between bodies and obstacles (B,), in the order of ``gaps``, no joint
     changes.
     """
@@ -139,7 +139,7 @@ def fixed(scene: CoreScene) -> Bool[np.ndarray, " B"]:
     return still
 
 
-def _bounds(scene: CoreScene) -> tuple[Float[np.ndarray, " J"], Float[np.ndarray, " J"]]:
+def _bounds(scene: Scene) -> tuple[Float[np.ndarray, " J"], Float[np.ndarray, " J"]]:
     """Return the lowest and highest angles (J,) rad for random poses."""
     limits = (
         np.tile([-np.inf, np.inf], (len(scene.robot.chain), 1))
@@ -151,7 +151,7 @@ def _bounds(scene: CoreScene) -> tuple[Float[np.ndarray, " J"], Float[np.ndarray
     return np.where(beyond, limits[:, 0], low), np.where(beyond, limits[:, 1], high)
 
 
-def sunk(scene: CoreScene) -> list[str]:
+def sunk(scene: Scene) -> list[str]:
     """List which bodies are inside an obstacle at which of the scene's own poses, one line each;
     bodies that no joint moves are omitted.
     """
@@ -167,7 +167,7 @@ Good = Callable[[Float[np.ndarray, "P J"]], Bool[np.ndarray, " P"]]
 
 
 def drawn(
-    scene: CoreScene, count: int, seed: int, good: Good | None = None
+    scene: Scene, count: int, seed: int, good: Good | None = None
 ) -> Float[np.ndarray, "count J"]:
     """Draw ``count`` poses uniformly within the joint limits that are clear, or that fulfil
     ``good`` if given.

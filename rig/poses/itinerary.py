@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .clear import Good, drawn
 from .near_stops import STEP, NearStops, near_stops
 from .routes import Clearance, Roadmap, straight
@@ -17,13 +17,13 @@ _SAME = 1e-3  # rad; poses that near each other are one node
 _FEWEST = 3  # poses
 
 
-def _between(scene: CoreScene, seed: int, good: Good, wanted: int) -> Float[np.ndarray, "P J"]:
+def _between(scene: Scene, seed: int, good: Good, wanted: int) -> Float[np.ndarray, "P J"]:
     """Return an itinerary's random poses, of which ``wanted`` are visited. A larger number begins
     with the same poses."""
     return drawn(scene, max(_BETWEEN, 2 * wanted), seed, good)
 
 
-def reachable(scene: CoreScene, seed: int, good: Good, wanted: int = 0) -> Float[np.ndarray, "P J"]:
+def reachable(scene: Scene, seed: int, good: Good, wanted: int = 0) -> Float[np.ndarray, "P J"]:
     """Return those of an itinerary's random poses to which a path leads from the scene's first
     pose, rad.
 
@@ -61,7 +61,7 @@ class Itinerary:
 
     def __init__(
         self,
-        scene: CoreScene,
+        scene: Scene,
         setup: Setup,
         start: Float[np.ndarray, " J"],
         parts: Sequence[Float[np.ndarray, "_ J"]],

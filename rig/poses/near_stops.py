@@ -18,7 +18,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.solids.capsules import Capsules
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, to_capsules
 
 STEP = np.radians(4.0)  # rad between the poses of a path
@@ -79,7 +79,7 @@ def joined(*stops: NearStops) -> NearStops:
     return NearStops(stops[0].full, *parts)
 
 
-def near_stops(scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> NearStops:
+def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> NearStops:
     """Return the near stops of all sensors at P poses (P, J) rad.
 
     Each ring may sit up to 2 cm elsewhere along its link. Each sensor may point up to 8° elsewhere
@@ -106,7 +106,7 @@ def near_stops(scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "P J"])
 
 
 def _to_robot(
-    scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "P J"], most: float
+    scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"], most: float
 ) -> tuple[Float[np.ndarray, "P K"], Int[np.ndarray, "P K"]]:
     """Return the distance (P, K) m of the nearest of the robot's bodies in each beam, and that
     body's number; bodies ``most`` m away or farther may be omitted.
@@ -140,7 +140,7 @@ def _in_reverse(setup: Setup) -> Int[np.ndarray, " K"]:
     return np.concatenate([k.start + -np.arange(g.count) % g.count for g, k in rings])
 
 
-def _slipped(scene: CoreScene, ring: Ring, by: float) -> Ring:
+def _slipped(scene: Scene, ring: Ring, by: float) -> Ring:
     """Return the ring moved by ``by`` m along its link, if the link has a length."""
     length = scene.robot.mount(ring.link).length
     return replace(ring, position=ring.position + by / length) if length > 0 else ring

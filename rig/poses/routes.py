@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import shortest_path
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..sensing.expected import beams_at
 from .clear import Good, clear, gaps, least_gaps
 from .near_stops import MARGIN
@@ -33,7 +33,7 @@ class Clearance:
     planning and requires ``SLACK`` more.
     """
 
-    scene: CoreScene
+    scene: Scene
     """Robot, cell and limits."""
     setup: Setup
     """The rings as proposed."""

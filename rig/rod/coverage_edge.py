@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from scipy.spatial import KDTree
 
 from ...coverage.targets.target import Target
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .rod import Rod, placeable
 
 EDGE = 0.15  # m: points nearer to a place of the other prediction are near the edge of coverage
@@ -33,7 +33,7 @@ def near_edge(
 
 
 def places_beyond(
-    scene: CoreScene,
+    scene: Scene,
     target: Target,
     pose: int,
     points: Float[np.ndarray, "N 3"],

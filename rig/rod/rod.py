@@ -20,7 +20,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.segments import segment_to_segment
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..poses.clear import from_cell
 from ..sensing.expected import beams_at, expected, in_beams, only
 from ..sensing.noise import Noise
@@ -78,7 +78,7 @@ class Detection:
 
 
 def placeable(
-    scene: CoreScene,
+    scene: Scene,
     q: Float[np.ndarray, " J"],
     points: Float[np.ndarray, "N 3"],
     rod: Rod,
@@ -101,7 +101,7 @@ def placeable(
 
 
 def seen(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     q: Float[np.ndarray, " J"],
     points: Float[np.ndarray, "N 3"],
@@ -149,7 +149,7 @@ def seen(
 
 
 def _by_zone(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     q: Float[np.ndarray, " J"],
     rods: Capsules,

@@ -25,7 +25,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.targets.target import Target
 from ...coverage.voxels.octree import voxels
 from ...coverage.weight_field import WeightField
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .coverage_edge import Told, near_edge, places_beyond
 from .rod import Detection, Rod, placeable, seen
 
@@ -119,7 +119,7 @@ class Places:
     """Share of the target in which the rod can stand."""
 
 
-def places(scene: CoreScene, target: Target, rod: Rod, voxel: float = VOXEL) -> Places:
+def places(scene: Scene, target: Target, rod: Rod, voxel: float = VOXEL) -> Places:
     """Return where in ``target`` the rod can stand, at each pose of ``scene``.
 
     Raises:
@@ -152,7 +152,7 @@ def _repeated(points: Float[np.ndarray, "N 3"], weights: WeightField) -> Float[n
 
 
 def rod_zeta(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     where: Places,
     rod: Rod,
@@ -168,7 +168,7 @@ def rod_zeta(
 
 
 def plan_rod(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     target: Target,
     trials: int = TRIALS,

@@ -19,7 +19,7 @@ from ...coverage.robots.base_frame import frame_text
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...formats.writing import write_bytes
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ...reporting.outlines import capsule_outlines, outline
 from .trial_plan import RodPlan
 
@@ -29,7 +29,7 @@ _VIEWS = ((0, 1, "from above"), (0, 2, "from the side"))
 _ROBOT, _CELL, _INK = "#b8bec5", "#e9e2d3", "#23272b"
 
 
-def rod_pages(scene: CoreScene, plan: RodPlan, first: int = 0) -> list[Figure]:
+def rod_pages(scene: Scene, plan: RodPlan, first: int = 0) -> list[Figure]:
     """Return one or more A4 pages for each pose of the plan; trials are numbered from
     ``first`` on.
     """
@@ -43,7 +43,7 @@ def rod_pages(scene: CoreScene, plan: RodPlan, first: int = 0) -> list[Figure]:
     return pages
 
 
-def write_rod_pages(path: Path, scene: CoreScene, plans: Sequence[RodPlan]) -> None:
+def write_rod_pages(path: Path, scene: Scene, plans: Sequence[RodPlan]) -> None:
     """Write the pages of all plans, with consecutive trial numbers, as one PDF; raise UserError if
     that fails.
     """
@@ -56,7 +56,7 @@ def write_rod_pages(path: Path, scene: CoreScene, plans: Sequence[RodPlan]) -> N
     write_bytes(path, made.getvalue())
 
 
-def _page(scene: CoreScene, plan: RodPlan, pose: int, trials: Any, first: int) -> Figure:
+def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any, first: int) -> Figure:
     figure, rod, rows = Figure(figsize=_A4), plan.rod, -(-len(trials) // _COLUMNS)
     q = ", ".join(f"{a:.1f}" for a in np.degrees(plan.joints[pose]))
     size = (
@@ -97,7 +97,7 @@ def _line(
         figure.text(left + at, height, cell, ha="right", weight=weight, **style)
 
 
-def _floor(scene: CoreScene) -> float:
+def _floor(scene: Scene) -> float:
     """Return the height of the floor, m; 0 if the scene has none."""
     planes = [o.body for o in scene.obstacles if not len(o.body.edges)]
     level = [float(b.offset[0]) for b in planes if np.allclose(np.asarray(b.normal)[0], [0, 0, 1])]
@@ -106,7 +106,7 @@ def _floor(scene: CoreScene) -> float:
 
 def _view(
     ax: Axes,
-    scene: CoreScene,
+    scene: Scene,
     plan: RodPlan,
     pose: int,
     trials: Any,

@@ -24,7 +24,7 @@ from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.segments import point_to_segment
 from ...coverage.solids.sensor_beams import MixedBeams
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .ray_fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 
 NOTHING, ROBOT, CELL, ROD = -1, 0, 1, 2  # what a sensor reads
@@ -43,7 +43,7 @@ class Expected(NamedTuple):
 
 
 def expected(
-    scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
+    scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
 ) -> Expected:
     """Return the noise-free reading of every sensor of ``setup`` at every joint vector.
 
@@ -73,7 +73,7 @@ def expected(
     return Expected(distance, np.where(np.isfinite(distance), found.argmin(axis=0), NOTHING))
 
 
-def beams_at(scene: CoreScene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> MixedBeams:
+def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> MixedBeams:
     """Return the T times K beams of all sensors at all joint vectors, in the base frame."""
     here, v = ring_arrays(scene.robot, setup.groups, square=True), ring_values(setup.groups)
     frames = forward(scene.robot.chain, np.asarray(joints, float))

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .readings import BLOCKED, VALID, Readings, stop_of, zones_at_stops
 from .zone_grid import zone_grid
 from .zone_targets import expected_zones
@@ -37,7 +37,7 @@ class ZoneState:
 
 
 def zone_state(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     ring: int,
     readings: Readings,

@@ -19,7 +19,7 @@ from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.sensor_beams import MixedBeams
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from .expected import beams_at, only, outside
 from .ray_fan import ray_to_capsule, ray_to_polyhedron
 from .zone_grid import zone_grid
@@ -34,7 +34,7 @@ _Hit = Callable[[Any, Any, Any], Any]
 
 
 def expected_zones(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     ring: int,
     joints: Float[np.ndarray, "T J"],
@@ -78,7 +78,7 @@ def expected_zones(
 
 
 def zones_of_rods(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     ring: int,
     sensor: int,
@@ -143,7 +143,7 @@ def _targets(
 
 
 def _bodies(
-    scene: CoreScene, poses: Float[np.ndarray, "T J"], of: np.ndarray, rod: Capsules | None
+    scene: Scene, poses: Float[np.ndarray, "T J"], of: np.ndarray, rod: Capsules | None
 ) -> Iterator[tuple[Any, Any, _Hit]]:
     """Yield the bodies at the pose ``of`` (B,) each beam: centre (3,) or (B, 3) m and radius () or
     (B,) m of a ball around it, and its test.

@@ -22,7 +22,7 @@ from ...formats.loader import read_proposal
 from ...formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml, write_text
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..robot.primary_interface import KinematicsInfo
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
@@ -89,7 +89,7 @@ class SimulatedCell:
         return Capsules(near[None, None], far[None, None], np.array([_HAND]))
 
 
-def with_cell(scene: CoreScene) -> CoreScene:
+def with_cell(scene: Scene) -> Scene:
     """Return ``scene`` with a floor, a table and a wall if it has no obstacles."""
     if scene.obstacles:
         return scene
@@ -109,7 +109,7 @@ _CELL: tuple[dict[str, Any], ...] = (
 
 
 def simulated_rig(
-    scene: CoreScene, setup: Setup, seed: int, folder: Path, faults: Faults = "random"
+    scene: Scene, setup: Setup, seed: int, folder: Path, faults: Faults = "random"
 ) -> SimulatedRig:
     """Start a simulated rig of ``setup`` in ``scene`` with the faults of ``seed``, or none; leave
     the file of its world in ``folder``.

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..mount.mounting_error_model import LIMITS, free, moved
 from ..mount.ring_fit import RingFit
 from ..sensing.zone_grid import GridTurn, every_turn, zone_grid
@@ -43,7 +43,7 @@ class Injected:
     turns_deg: Int[np.ndarray, " K"]
     """As in ``World``: one sensor with zones is turned about its own axis."""
 
-    def world(self, scene: CoreScene) -> World:
+    def world(self, scene: Scene) -> World:
         """Return the rig with all errors and faults."""
         rings = list(self.setup.rings)
         if self.flipped and self.reversed_ring is not None:
@@ -101,7 +101,7 @@ Faults = Literal["random", "none"]
 """What a simulated rig is given: random errors and faults, or none."""
 
 
-def injected(scene: CoreScene, setup: Setup, seed: int, faults: Faults = "random") -> Injected:
+def injected(scene: Scene, setup: Setup, seed: int, faults: Faults = "random") -> Injected:
     """Draw errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one
     swapped, one sensor dead, one with zones turned about its axis; or none at all.
     """

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup
 from ...coverage.solids.capsules import Capsules
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise
 from ..sensing.readings import FAILED, Readings
@@ -24,7 +24,7 @@ TARGETS = 2  # of a zone
 class World:
     """A scene with rings as they are actually mounted."""
 
-    scene: CoreScene
+    scene: Scene
     """Robot and cell."""
     mounted: Setup
     """The rings as mounted."""

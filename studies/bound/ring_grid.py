@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.targets.target import Target
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 from ..engine.runner import register
 from ..engine.scenes import Rings, scene_from, setup_from
 from .max_cover import CoverProblem, greedy, grouped, relaxed, solved
@@ -33,7 +33,7 @@ class RingGrid:
     phases: int = 2
     """Number of phases within the angle between two sensors."""
 
-    def rings(self, scene: CoreScene) -> list[Ring]:
+    def rings(self, scene: Scene) -> list[Ring]:
         """Return all rings of the grid, ordered by link and position."""
         found = []
         for mount in scene.robot.mounts:
@@ -49,7 +49,7 @@ class RingGrid:
         return found
 
 
-def limits(scene: CoreScene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...]:
+def limits(scene: Scene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...]:
     """Return sets of rings that exclude each other, with the number that may be taken from each.
 
     Of rings closer than the rules' spacing one may be taken; of the rings on a link, as many as the
@@ -76,20 +76,18 @@ def limits(scene: CoreScene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int],
     return tuple(found)
 
 
-def points_in(scene: CoreScene, target: Target, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
+def points_in(scene: Scene, target: Target, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
     """Draw points (N, 3) m in the target at the scene's first pose."""
     return scene.sample(target, 0, count, seed)
 
 
-def covered(
-    scene: CoreScene, setup: Setup, points: Float[np.ndarray, "N 3"]
-) -> Bool[np.ndarray, " N"]:
+def covered(scene: Scene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
     """Return which ``points`` (N, 3) m a setup covers at the scene's first pose."""
     return np.asarray(sensor_cones(scene.robot, setup, scene.poses[0].q)(points) <= 0)
 
 
 def choice(
-    scene: CoreScene, grid: RingGrid, points: Float[np.ndarray, "N 3"], budget: int
+    scene: Scene, grid: RingGrid, points: Float[np.ndarray, "N 3"], budget: int
 ) -> tuple[list[Ring], CoverProblem]:
     """Return the grid's rings, and the problem of choosing among them within a budget of
     sensors.

@@ -10,7 +10,7 @@ from ...formats.schema.mounted_sensor_models import MountedSensorModel, single_m
 from ...formats.schema.ring_models import RingModel, ring_models, setup_of
 from ...formats.schema.scene_models import SceneModel
 from ...objectives.named_layouts import layout_in
-from ...objectives.scene import CoreScene
+from ...objectives.scene import Scene
 
 Rings = list[dict[str, Any]]
 """Rings as in a proposal file."""
@@ -29,7 +29,7 @@ def ring_keys(setup: Setup, sensor: Sensor) -> Rings:
     return [ring.model_dump(exclude_none=True) for ring in ring_models(setup, sensor)]
 
 
-def scene_from(scene: Mapping[str, Any]) -> CoreScene:
+def scene_from(scene: Mapping[str, Any]) -> Scene:
     """Return a scene from the keys in which it differs from the paper's scene, as in a scene file:
     transparent bodies, and rings without bodies, unless the keys say otherwise.
     """
@@ -38,7 +38,7 @@ def scene_from(scene: Mapping[str, Any]) -> CoreScene:
     return SceneModel.model_validate({"occlusion": "ignore"} | keys | {"rules": rules}).to_domain()
 
 
-def keys_of(scene: CoreScene) -> dict[str, Any]:
+def keys_of(scene: Scene) -> dict[str, Any]:
     """Return the keys of a scene: its occlusion, its mounts, and those that differ from the
     defaults of a file."""
     keys = SceneModel.from_domain(scene).model_dump(
@@ -48,7 +48,7 @@ def keys_of(scene: CoreScene) -> dict[str, Any]:
     return keys | {"occlusion": scene.occlusion, "rules": rules}
 
 
-def setup_from(setup: str | Rings | Sensors, scene: CoreScene) -> Setup:
+def setup_from(setup: str | Rings | Sensors, scene: Scene) -> Setup:
     """Return a setup from the paper's name, or from rings and single sensors as in a proposal
     file."""
     if isinstance(setup, str):
@@ -60,7 +60,7 @@ def setup_from(setup: str | Rings | Sensors, scene: CoreScene) -> Setup:
     return Setup(around, singles_of(singles, scene.sensor))
 
 
-def setup_keys(setup: Setup, scene: CoreScene) -> dict[str, list[dict[str, Any]]]:
+def setup_keys(setup: Setup, scene: Scene) -> dict[str, list[dict[str, Any]]]:
     """Return the rings and single sensors of a setup as in a proposal file."""
     rings = ring_models(setup, scene.sensor)
     singles = single_models(setup.singles, scene.sensor)

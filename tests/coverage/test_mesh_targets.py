@@ -17,7 +17,7 @@ from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.loader import read_target
 from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 
 from ..strategies.solids import MESHES
 from ..strategies.units import GENERATORS, failures
@@ -93,9 +93,9 @@ def test_files_hold_meshes(tmp_path):
     )
     target = read_target(tmp_path / "zone.toml")
     box = Box((0.4, 0.2, 0.6), (0.5, 0.0, 0.5))
-    one, other = (target_solid(t, UR10, CoreScene.poses[0].q) for t in (target, box))
+    one, other = (target_solid(t, UR10, Scene.poses[0].q) for t in (target, box))
     assert abs(count(one, 0.0217) - count(other, 0.0217)) <= 2
-    keys = SceneModel.from_domain(CoreScene(targets=(target,)))
+    keys = SceneModel.from_domain(Scene(targets=(target,)))
     assert keys.to_domain().targets[0] == target
     again = pr.Mesh.load(
         tmp_path / "zone.stl", scale=0.001, centre=(0.5, 0, 0.5), rpy_deg=(0, 0, 90), name="zone"

@@ -32,7 +32,7 @@ from place_rings.formats.loader import read_scene, read_target
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.scenes import CELLS, scenes
@@ -43,7 +43,7 @@ from .test_octree import agree, dense, lattice
 NEAR = Shell(0.5)
 FINE = 0.1337  # m: no centre of a voxel lies on a surface of whole millimetres
 SETUP = named_setup("n2_16_25")
-FREE = CoreScene(occlusion="ignore", rules=Rules(mount="free"))
+FREE = Scene(occlusion="ignore", rules=Rules(mount="free"))
 
 
 def own(volume, name="my own"):
@@ -51,11 +51,11 @@ def own(volume, name="my own"):
 
 
 def solid_of(volume):
-    return target_solid(own(volume), UR10, CoreScene.poses[0].q)
+    return target_solid(own(volume), UR10, Scene.poses[0].q)
 
 
 def scene_of(*targets, **fields):
-    return CoreScene(
+    return Scene(
         targets=tuple(t for t in targets),
         occlusion="ignore",
         rules=Rules(mount="free"),
@@ -215,10 +215,10 @@ def test_there_and_back_through_files(volumes):
         replace(own(v, f"zone {i}"), weight=1.0 + i, at_least_percent=25)
         for i, v in enumerate(volumes)
     )
-    keys = SceneModel.from_domain(CoreScene(targets=goals)).model_dump(exclude_none=True)
+    keys = SceneModel.from_domain(Scene(targets=goals)).model_dump(exclude_none=True)
     back = SceneModel.model_validate(keys).to_domain()
     assert back.targets == goals
-    assert SceneModel.from_domain(back) == SceneModel.from_domain(CoreScene(targets=goals))
+    assert SceneModel.from_domain(back) == SceneModel.from_domain(Scene(targets=goals))
 
 
 def test_there_and_back_through_python():

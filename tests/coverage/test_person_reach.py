@@ -15,7 +15,7 @@ from place_rings.coverage.targets.named import Near, Shell
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.blind_spots import blind_spots
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_breakdown import where_people_are
 from scipy.spatial import ConvexHull
@@ -149,7 +149,7 @@ def test_no_path_is_longer_along_steps_than_stated():
 
 
 def scene_of(*obstacles, person=None):
-    return CoreScene(targets=(Shell(0.4),), obstacles=obstacles, person=person)
+    return Scene(targets=(Shell(0.4),), obstacles=obstacles, person=person)
 
 
 def test_nothing_changes_without_obstacles_over_a_low_floor():
@@ -201,7 +201,7 @@ def test_a_part_at_one_pose_only_is_weighted_with_that_pose():
     person = Person(floor=-0.7, areas=[area], reach=0.3)
 
     def part(*poses):
-        scene = CoreScene(poses=poses, targets=(target,), person=person)
+        scene = Scene(poses=poses, targets=(target,), person=person)
         verifier = Verifier(scene, 0.04)
         return where_people_are(verifier, setup, verifier.verify(setup, target))
 

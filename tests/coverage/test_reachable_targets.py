@@ -15,7 +15,7 @@ from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.mount_rules import Rules
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.verify import Verifier
 from scipy.ndimage import label
 
@@ -32,7 +32,7 @@ WALL = Obstacle("wall", box([0, 0.3, 0], [9, 0.1, 9]))
 
 
 def scene_of(target, *obstacles):
-    return CoreScene(
+    return Scene(
         targets=(target,),
         occlusion="ignore",
         rules=Rules(mount="free"),

@@ -23,7 +23,7 @@ from place_rings.coverage.solids.cones import Cones, cone
 from place_rings.coverage.solids.spheres import Spheres, sphere
 from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.octree import count
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 
 from ..strategies.solids import (
     MESHES,
@@ -45,7 +45,7 @@ KINDS = {
     "boxes and cylinders": (BOXES | CYLINDERS).map(lambda v: v.solid(ANYWHERE)),
     "frusta": CONES.map(lambda v: v.solid(ANYWHERE)),
     "capsules as targets": CAPSULES.map(lambda v: v.solid(ANYWHERE)),
-    "volumes": VOLUMES.map(lambda v: target_solid(v, UR10, CoreScene.poses[0].q)),
+    "volumes": VOLUMES.map(lambda v: target_solid(v, UR10, Scene.poses[0].q)),
     "meshes": MESHES.map(
         lambda m: ClosedMesh(np.array(m.vertices, float), np.array(m.faces, np.int64))
     ),

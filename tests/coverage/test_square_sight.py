@@ -24,7 +24,7 @@ from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.objectives.occlusion import unseeing
-from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
+from place_rings.objectives.scene import Obstacle, Scene, paper_scene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.solids import some_beams, some_capsules
@@ -157,7 +157,7 @@ def test_a_square_beam_with_a_box_before_it_is_named(zones, named):
     wide one, but for one zone nothing further than the box."""
     narrow, wide = (Sensor(0.1, 0.3, None, up, zones) for up in (0.1, 2.0))
     setup = Setup((Ring("forearm", 0.3, 2, sensor=narrow), Ring("forearm", 0.9, 2, sensor=wide)))
-    scene = CoreScene(occlusion="blind")
+    scene = Scene(occlusion="blind")
     optics = sensor_cones(scene.robot, setup, scene.poses[0].q)
     boxes = tuple(
         Obstacle(f"box {k}", box(optics.apex[k] + 0.08 * optics.axis[k], (0.05,) * 3))

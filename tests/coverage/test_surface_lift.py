@@ -19,7 +19,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.singles import singles
@@ -107,7 +107,7 @@ def test_a_ring_of_which_a_sensor_moves_becomes_single_sensors():
 
 def test_a_lifted_sensor_sees_and_only_its_pose_decides():
     """The count is that of a sensor which was put there; the file states how far it moved."""
-    scene = CoreScene(robot=UR10, poses=(Pose(UR10.rest),), occlusion="shadow")
+    scene = Scene(robot=UR10, poses=(Pose(UR10.rest),), occlusion="shadow")
     flush = Setup((), (MountedSensor("forearm", (0.03, 0, 0.3), (1, 0, 0)),))
     target = scene.targets[0].target
     lifted, _ = lift_to_surface(scene.robot, flush, LIMIT)
@@ -129,7 +129,7 @@ def test_a_lifted_sensor_sees_and_only_its_pose_decides():
 
 def flush_csv(path):
     """A list with a sensor inside the forearm of the reference scene, written to a file."""
-    scene = CoreScene()
+    scene = Scene()
     one = Setup((), (MountedSensor("forearm", (0.03, 0, 0.3), (1, 0, 0)),))
     from place_rings.formats.sensors.sensor_lists import sensor_list
 

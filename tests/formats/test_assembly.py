@@ -17,7 +17,7 @@ from place_rings.coverage.sensors.sensor import effective
 from place_rings.formats.printing.print_files import ring_files
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
 from place_rings.placement.space.starts import fresh
@@ -42,9 +42,7 @@ def drawn_proposal(rng: np.random.Generator, name: str, cover: bool = False, mos
         bed=BEDS[rng.integers(len(BEDS))],
         cover=cover,
     )
-    scene = CoreScene(
-        robot=robot, poses=poses, occlusion="shadow", sensor=sensor, printing=printing
-    )
+    scene = Scene(robot=robot, poses=poses, occlusion="shadow", sensor=sensor, printing=printing)
     try:
         space = Space(scene, sensors=int(rng.integers(6, most + 1)))
         candidate = fresh(space, rng)
@@ -56,7 +54,7 @@ def drawn_proposal(rng: np.random.Generator, name: str, cover: bool = False, mos
 def test_the_picture_of_an_assembled_robot_has_the_printed_parts_where_the_sensors_are():
     """Each sensor of a ring lies within the box around the ring's own printed halves."""
     sensor = effective(Use("vl53l4cd")).sensor
-    scene = CoreScene(occlusion="shadow", rules=Rules(mount="real"), sensor=sensor)
+    scene = Scene(occlusion="shadow", rules=Rules(mount="real"), sensor=sensor)
     rings = [("upper_arm", 0.3, 3, 0.9), ("forearm", 0.5, 2, -0.4), ("tool", 0.0, 3, 0.0)]
     setup = Setup(
         tuple(
@@ -121,7 +119,7 @@ def test_printed_rings_overlap_nothing_when_they_are_mounted(name):
     holds(scene, verdict)
 
 
-def holds(scene: CoreScene, verdict: Verdict) -> None:
+def holds(scene: Scene, verdict: Verdict) -> None:
     """The parts are closed, thick enough, and apart from each other and from the bodies."""
     assert verdict.watertight
     assert verdict.within == 0

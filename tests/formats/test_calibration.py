@@ -24,7 +24,7 @@ from place_rings.formats.robots.calibration_files import calibrated_from
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.calibration_effect import calibration_effect, largest_move
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.rings import poses
@@ -203,7 +203,7 @@ def test_scenes_and_proposals_keep_the_calibration(tmp_path):
 
 def test_the_effect_is_that_of_the_two_robots():
     robot = calibrated_from(ROBOTS["ur3"], "c.conf", conf(REAL))
-    scene = replace(CoreScene(), robot=robot)
+    scene = replace(Scene(), robot=robot)
     (effect,) = calibration_effect(Verifier(scene, 0.05), SETUP)
     model = replace(scene, robot=ROBOTS["ur3"])
     (goal,) = scene.targets

@@ -27,7 +27,7 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.options import ReportOptions
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
 from place_rings.placement.space.starts import fresh
@@ -147,7 +147,7 @@ def test_a_feed_carries_its_rings_within_its_drop(kinds, name, board, data):
         sensor, place = pr.sensors[model], data.draw(st.floats(0, 1))
         count = min(count, most_on_ring(Electronics(controller=board), sensor, 0.08))
         rings.append(Ring(link, place, count, sensor=sensor))
-    setup, scene = Setup(tuple(rings)), CoreScene(robot=robot, poses=(Pose(robot.rest),))
+    setup, scene = Setup(tuple(rings)), Scene(robot=robot, poses=(Pose(robot.rest),))
     wirings = plan_setup(setup, Electronics(controller=board))
     plan = power_plan(scene, setup, wirings)
     assert plan.sensors_ma == sum(w.supply_ma for w in wirings)
@@ -177,7 +177,7 @@ def test_nothing_limits_a_ring_without_electrical_data(model, electronics):
     assert most_on_ring(electronics, sensor, 0.08) is None
     assert most_on_ring(replace(electronics, bus="own"), pr.sensors["vl53l5cx"], 0.08) is None
     ring = Ring("forearm", 0.5, 24, 0.0, 0.0, 0.08, sensor)
-    assert unwired(CoreScene(electronics=electronics), ring) == ""
+    assert unwired(Scene(electronics=electronics), ring) == ""
 
 
 @pytest.mark.parametrize(
@@ -236,7 +236,7 @@ def test_the_cover_decides_each_question_by_its_own_limits(models, count, rate, 
     electronics = Electronics(rate, bus)
     sensors = [pr.Sensor() if name is None else pr.sensors[name] for name in models]
     setup = Setup(tuple(Ring("forearm", 0.5, count, 0.0, 0.0, 0.08, s) for s in sensors))
-    scene = CoreScene(electronics=electronics, rules=Rules(mount="free"))
+    scene = Scene(electronics=electronics, rules=Rules(mount="free"))
     required = []
     if low is not None:
         percents = {"required_percent": 85.0, "low_percent": low, "high_percent": low + 1}
@@ -263,7 +263,7 @@ def test_the_cover_decides_each_question_by_its_own_limits(models, count, rate, 
 def test_safety_reacts_at_the_rate_of_the_wiring(electronics, model, count):
     sensor = pr.sensors[model]
     ring = Ring("forearm", 0.5, count, sensor=sensor)
-    scene = CoreScene(electronics=electronics)
+    scene = Scene(electronics=electronics)
     options = SafetyOptions(latency=0.0)
     timing = motion_of(Setup((ring,)), scene, None, options).timing
     rate = MODELS[model].rate_hz if model in UNDRIVEN else 20  # 20 where none is known

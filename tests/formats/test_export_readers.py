@@ -41,7 +41,7 @@ from place_rings.formats.printing.payload import ring_parts
 from place_rings.formats.printing.print_files import print_ring
 from place_rings.formats.robots.urdf import read_urdf as read_urdf_of
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.reporting.export_formats import FORMATS
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
@@ -85,7 +85,7 @@ def placed(name: str) -> PlacedSetup:
     far = [rng.uniform(0.6 * low, 0.6 * high) for _ in range(2)]
     sensor = effective(Use("vl53l4cd")).sensor
     poses = (Pose(robot.rest), *map(Pose, far))
-    scene = CoreScene(robot=robot, poses=poses, sensor=sensor, obstacles=(BOX, FLOOR))
+    scene = Scene(robot=robot, poses=poses, sensor=sensor, obstacles=(BOX, FLOOR))
     links = ("forearm", "tool")
     rings = (Ring(k, 0.5, 3, 0.2, 0.1, scene.radius_of(k), sensor) for k in links)
     return PlacedSetup(scene, Setup(tuple(rings)), 1, Path())
@@ -347,7 +347,7 @@ def test_bodies_of_almost_no_length_or_width_are_read(tmp_path):
     bodies = [Body("obstacle_0_crumb", 1, short), Body("short", 1, short), Body("thin", 3, thin)]
     chain = replace(robot.chain, joints=("base", *robot.chain.joints[1:]))
     robot = replace(robot, chain=chain, bodies=tuple(bodies), tube_links=None, joint_links=None)
-    scene = CoreScene(robot=robot, obstacles=(LEAST,), occlusion="ignore")
+    scene = Scene(robot=robot, obstacles=(LEAST,), occlusion="ignore")
     what = PlacedSetup(scene, named_setup("n1_3_0"), 0, tmp_path)
     for to in ("urdf", "mjcf", "glb"):
         written(what, to, tmp_path)

@@ -40,7 +40,7 @@ from place_rings.formats.sensors.sensor_frames import looking_along, looking_alo
 from place_rings.formats.sensors.urdf_frames import FramePattern
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.reporting.export_formats import FORMATS
 from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
 
@@ -62,7 +62,7 @@ def few_sampled_poses():
         yield
 
 
-def drawn(seed: int, name: str) -> tuple[CoreScene, Setup]:
+def drawn(seed: int, name: str) -> tuple[Scene, Setup]:
     """A robot in a drawn pose with drawn rings."""
     rng, robot = np.random.default_rng(seed), ROBOTS[name]
     setup = drawing.setup(rng)
@@ -70,7 +70,7 @@ def drawn(seed: int, name: str) -> tuple[CoreScene, Setup]:
     return paper_scene(robot=robot, poses=poses), setup
 
 
-def written(folder, scene: CoreScene, setup: Setup, *to: str, **keys) -> None:
+def written(folder, scene: Scene, setup: Setup, *to: str, **keys) -> None:
     """The files of these formats at the scene's last pose."""
     placed = PlacedSetup(scene, setup, len(scene.poses) - 1, folder, **keys)
     for name in to:
@@ -79,7 +79,7 @@ def written(folder, scene: CoreScene, setup: Setup, *to: str, **keys) -> None:
             (folder / file).write_bytes(data)
 
 
-def same(scene: CoreScene, a: Setup, b: Setup) -> None:
+def same(scene: Scene, a: Setup, b: Setup) -> None:
     """The same beams in every pose."""
     assert [r.count for r in a.rings] == [r.count for r in b.rings]
     for pose in scene.poses:
@@ -255,7 +255,7 @@ HOSTILE = (
 )
 
 
-def hostile() -> tuple[CoreScene, Setup]:
+def hostile() -> tuple[Scene, Setup]:
     """A robot whose every name is meant to be taken for something else."""
     robot = ROBOTS["ur10"]
     chain = replace(robot.chain, joints=HOSTILE)

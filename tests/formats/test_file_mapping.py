@@ -34,7 +34,7 @@ from place_rings.objectives.motion_limits import Motion
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.poses import Pose, Recorded
 from place_rings.objectives.prices import Prices
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 
 
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:
@@ -192,7 +192,7 @@ PRINTINGS = drawn(
     overhang=SHARES,
 )
 SCENES = drawn(
-    CoreScene,
+    Scene,
     robot=st.sampled_from([UR10, dataclasses.replace(UR10, name="mine")]),
     poses=st.lists(POSES, min_size=1, max_size=2).map(tuple),
     targets=st.lists(GOALS, min_size=1, max_size=2).map(tuple),

@@ -27,7 +27,7 @@ from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, Version
 from place_rings.formats.writing import _drop_none, to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import REFERENCE_POSE_DEG, CoreScene, paper_scene
+from place_rings.objectives.scene import REFERENCE_POSE_DEG, Scene, paper_scene
 from place_rings.objectives.verified import PoseZeta, Verified
 
 from ..support.refusals import refused
@@ -205,7 +205,7 @@ def test_a_file_keeps_the_angles_of_a_less_precise_catalogue(tmp_path):
 def test_a_proposal_states_what_differs_and_is_read_back_whole(robot, change, covered):
     """To the same setup, scene and counts, whatever has its default; and no interval that is the
     count itself."""
-    base = CoreScene(robot=ROBOTS[robot], poses=(Pose(ROBOTS[robot].rest),))
+    base = Scene(robot=ROBOTS[robot], poses=(Pose(ROBOTS[robot].rest),))
     scene = replace(base, **change)
     setup = named_setup("n1_8_0", scene.sensor)
     ends = dict.fromkeys(("zeta", "low", "high"), covered / 10_000)

@@ -20,7 +20,7 @@ from place_rings.formats.schema.ring_models import RingModel, ring_models, setup
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
 from place_rings.objectives.named_layouts import layout_in
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 
 from ..support import drawing
 from ..support.refusals import refused
@@ -113,7 +113,7 @@ def test_the_empty_scene_is_the_reference_scene(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text("")
     assert SceneModel.from_domain(read_scene(path)) == SceneModel()
-    assert SceneModel.from_domain(CoreScene()) == SceneModel()
+    assert SceneModel.from_domain(Scene()) == SceneModel()
 
 
 def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
@@ -152,7 +152,7 @@ def test_a_rewritten_file_keeps_its_mode_and_its_link(tmp_path):
 def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "n2_16_25").mkdir()
-    assert resolve("n2_16_25", None)[0] == layout_in(CoreScene(), "n2_16_25")
+    assert resolve("n2_16_25", None)[0] == layout_in(Scene(), "n2_16_25")
     for name, key in (("n2_16_90", "tilt_deg"), ("n2_5000_25", "count")):
         with refused(f"{name} {key}"):
             resolve(name, None)
@@ -160,7 +160,7 @@ def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
 
 def test_names_and_files_resolve(tmp_path):
     setup, scene = resolve("n2_16_25", None)
-    assert setup == layout_in(CoreScene(), "n2_16_25")
+    assert setup == layout_in(Scene(), "n2_16_25")
     assert resolve("n2_16_25", paper_scene())[0] == named_setup("n2_16_25")
     assert SceneModel.from_domain(scene) == SceneModel()
     path = tmp_path / "mine.toml"
@@ -224,7 +224,7 @@ def test_a_file_of_several_proposals_gives_the_one_that_is_named(tmp_path):
     for i, name in enumerate(NAMES):
         setup, scene = resolve(f"{path}:{name}", None)
         assert [r.count for r in setup.rings] == [4 + i]
-        assert scene.robot.name == CoreScene().robot.name
+        assert scene.robot.name == Scene().robot.name
         assert how_found(f"{path}:{name}") is None
         assert pr.load(f"{path}:{name}").setup == setup
     for read in (lambda name: resolve(name, None), pr.load):

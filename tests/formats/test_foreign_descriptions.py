@@ -21,7 +21,7 @@ from place_rings.formats.schema.robot_models import RobotFile
 from place_rings.formats.stand_ins import refuse_stand_in
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.space.feasible_set import FeasibleSet
 from place_rings.reporting.export_formats import FORMATS
 
@@ -349,7 +349,7 @@ def test_a_mirrored_mesh_faces_outward(tmp_path_factory, signs, factor):
     outward = np.einsum("ti,ti->t", mesh.face_normals, mesh.triangles_center - mesh.center_mass)
     assert (outward > 0).all()
     robot = UrdfOptions().fit(path, capsules=1).robot
-    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),))
+    scene = Scene(robot=robot, poses=(Pose(robot.rest),))
     data = FORMATS["glb"](PlacedSetup(scene, Setup(()), 0, folder, urdf))["scene.glb"]
     exported = trimesh.load(io.BytesIO(data), file_type="glb").geometry["body_upper"]
     assert exported.volume == pytest.approx(mesh.volume, rel=1e-4)

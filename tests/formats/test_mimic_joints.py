@@ -18,7 +18,7 @@ from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.formats.schema.robot_models import RobotFile
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.scene import Pose, Scene
 
 from ..support.refusals import refused
 from .test_exports import written as exported
@@ -74,8 +74,8 @@ def test_poses_state_the_leader_and_may_state_what_follows(robot, tmp_path):
     assert "-18.54" in str(told.value)
     chain = robot.chain
     q = np.array([0.1, 0.2, 9.0, 0.3, 0.4])
-    assert CoreScene(robot=robot, poses=(Pose(q),)).poses[0].q[2] == pytest.approx(0.0)
-    rate = CoreScene(robot=robot, poses=(Pose(q, rate=q),)).poses[0].rate
+    assert Scene(robot=robot, poses=(Pose(q),)).poses[0].q[2] == pytest.approx(0.0)
+    rate = Scene(robot=robot, poses=(Pose(q, rate=q),)).poses[0].rate
     assert rate[2] == pytest.approx(-0.2)
     given = named(chain, chain.settled(q))
     del given["joint2_deg"]
@@ -84,7 +84,7 @@ def test_poses_state_the_leader_and_may_state_what_follows(robot, tmp_path):
 
 def test_an_exported_joint_follows_in_other_programs(robot, tmp_path):
     q = np.array([0.3, 0.8, 0.0, -0.4, 0.2])
-    scene = CoreScene(robot=robot, poses=(Pose(q),))
+    scene = Scene(robot=robot, poses=(Pose(q),))
     exported(tmp_path, scene, Setup(), "urdf", "mjcf")
     wanted = forward(robot.chain, q)[-1]
     peer = yourdfpy.URDF.load(str(tmp_path / "robot.urdf"), load_meshes=False)

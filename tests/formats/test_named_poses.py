@@ -27,7 +27,7 @@ from place_rings.formats.sensors.sensor_poses import poses_file, setup_of_poses
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting.lines.results import worst_line
@@ -196,7 +196,7 @@ def test_a_motion_of_a_rail_without_names_is_refused(tmp_path):
         read_record(path, ON_RAIL)
     rows[20, 1] = 50.0
     path.write_text(record_text(JOINTS, rows))
-    scene = CoreScene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
+    scene = Scene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
     with refused("motion.csv rail 2 s 50.05 m 0.1 s"):
         with_record(scene, path)
     rows[:, 1] = np.linspace(-1, 3, 41)
@@ -223,7 +223,7 @@ def test_every_sample_is_as_near_to_its_pose_as_reported(poses, within_mm):
 def test_what_is_printed_names_joints(tmp_path):
     path = tmp_path / "motion.csv"
     path.write_text(record_text(JOINTS, a_motion()))
-    scene = CoreScene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
+    scene = Scene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
     scene = with_record(scene, path, Thinning(3))
     assert "prismatic" in record_line(scene)
     setup = Setup.named("n1_3_0")
@@ -235,7 +235,7 @@ def test_what_is_printed_names_joints(tmp_path):
 
 
 def test_sensor_poses_name_joints(folder):
-    scene = CoreScene(ON_RAIL, (Pose(np.append(0.7, UR10.rest)),), rules=FREE, occlusion="ignore")
+    scene = Scene(ON_RAIL, (Pose(np.append(0.7, UR10.rest)),), rules=FREE, occlusion="ignore")
     setup = Setup.named("n1_3_0")
     text = poses_file(scene, setup, 0).model_dump_json()
     assert json.loads(text)["q"]["rail_m"] == pytest.approx(0.7)
@@ -268,7 +268,7 @@ def test_python_names_joints():
 @pytest.mark.parametrize("name", ["ur5e", "panda"])
 def test_a_urdf_export_has_the_rail_as_a_prismatic_joint(tmp_path, name):
     robot = carried(ROBOTS[name].with_links(True), (0.0, 1.0, 1.0))
-    scene = CoreScene(robot, (Pose(robot.rest),), rules=FREE, occlusion="ignore")
+    scene = Scene(robot, (Pose(robot.rest),), rules=FREE, occlusion="ignore")
     path = tmp_path / "robot.urdf"
     path.write_bytes(urdf(PlacedSetup(scene, Setup.named("n1_3_0"), 0, tmp_path))["robot.urdf"])
     picked = pick_chain(read_urdf(path), None, "tcp")

@@ -26,7 +26,7 @@ from place_rings.formats.printing.payload import (
 )
 from place_rings.formats.printing.print_files import ring_files
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 
 SENSOR = effective(Use("vl53l4cd")).sensor
 lengths = st.floats(0.01, 0.5)
@@ -34,7 +34,7 @@ angles = st.floats(-3, 3)
 
 
 def scene_of(name):
-    return CoreScene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), sensor=SENSOR)
+    return Scene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), sensor=SENSOR)
 
 
 def mounted(scene, *links):
@@ -116,7 +116,7 @@ def test_the_controllers_flange_looks_along_its_z(name):
 
 
 def test_a_ring_that_cannot_be_printed_has_no_known_mass():
-    load = payload(CoreScene(), Setup((Ring("tool", 0.0, 4, 0.0, 0.0, 0.1),)))
+    load = payload(Scene(), Setup((Ring("tool", 0.0, 4, 0.0, 0.0, 0.1),)))
     assert load.rings[0].mass is None
     assert load.rings[0].reason
     assert load.flange.mass == 0

@@ -35,7 +35,7 @@ from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.board_fit import most_sensors
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.reporting.setup_report.printed_parts import printed_parts
 
 from ..support import drawing
@@ -47,12 +47,12 @@ from .test_printing import BOARDED, sensor_of
 COVERED = Printing(cover=True)
 
 
-def covered_ring(seed: int) -> tuple[CoreScene, Ring]:
+def covered_ring(seed: int) -> tuple[Scene, Ring]:
     """A ring with lids of any built-in board on any link, with up to six sensors if they fit."""
     rng = np.random.default_rng(seed)
     robot, sensor = ROBOTS[str(rng.choice(list(ROBOTS)))], sensor_of(str(rng.choice(BOARDED)))
     printing = replace(COVERED, bolt=str(rng.choice(["M3", "M4", "M5"])))
-    scene = CoreScene(
+    scene = Scene(
         robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=sensor, printing=printing
     )
     link, more = str(rng.choice(robot.links)), float(rng.choice([0.0, 0.01, 0.04]))
@@ -74,7 +74,7 @@ def placed_lids(record, data: bytes) -> list[Manifold]:
     return [solid.transform(T[:3]) for T in places]
 
 
-def sensor_frames(scene: CoreScene, ring: Ring) -> list[np.ndarray]:
+def sensor_frames(scene: Scene, ring: Ring) -> list[np.ndarray]:
     """The pose (4, 4) mm of each lens in its link's frame, by the ring's kinematics: x along the
     ring, y up the board as it is printed, z along the beam."""
     T = np.linalg.inv(
@@ -164,7 +164,7 @@ def leave_beams_free(sensor: Sensor, lids, frames, rng) -> None:
         assert mesh.ray.intersects_any([beside], [frame[:3, 2]]).all()
 
 
-def lie_in_envelope(scene: CoreScene, ring: Ring, lids) -> None:
+def lie_in_envelope(scene: Scene, ring: Ring, lids) -> None:
     mount, around = scene.robot.mount(ring.link), envelope(scene, ring)
     T_ring_link = np.linalg.inv(mount.T_link_ring(ring.position))
     for lid in lids:
@@ -216,7 +216,7 @@ def test_lids_of_the_largest_count_keep_their_clearance(radius, tilt, width, hei
 @pytest.mark.parametrize("model", BOARDED)
 def test_a_screw_passes_lid_and_board_and_bites_in_the_ring(model):
     sensor = sensor_of(model)
-    scene = CoreScene(occlusion="shadow", sensor=sensor, printing=COVERED)
+    scene = Scene(occlusion="shadow", sensor=sensor, printing=COVERED)
     ring = Ring("forearm", 0.5, 2, 0.5, 0.1, scene.radius_of("forearm"), sensor)
     record, _, plan, made = print_ring(scene, 0, ring)
     size, longest = map(float, re.search(r"M([\d.]+)\D+([\d.]+) mm", record.screws).groups())
@@ -234,7 +234,7 @@ def test_a_screw_passes_lid_and_board_and_bites_in_the_ring(model):
 
 def test_a_lid_clears_the_plugs_and_rests_on_its_board():
     sensor = sensor_of("vl53l5cx")
-    scene = CoreScene(occlusion="shadow", sensor=sensor, printing=COVERED)
+    scene = Scene(occlusion="shadow", sensor=sensor, printing=COVERED)
     plan = plan_ring(scene, Ring("forearm", 0.5, 3, 0.0, 0.0, 0.09, sensor))
     lid, board = lid_solid(plan), plan.pocket.board
     front = -1000 * board.lens_height
@@ -249,7 +249,7 @@ def test_a_lid_clears_the_plugs_and_rests_on_its_board():
 
 def test_lids_add_to_mass_and_filament():
     sensor = sensor_of("vl53l4cd")
-    scene = CoreScene(occlusion="shadow", sensor=sensor, printing=COVERED)
+    scene = Scene(occlusion="shadow", sensor=sensor, printing=COVERED)
     ring = Ring("forearm", 0.5, 2, -0.4, 0.0, scene.radius_of("forearm"), sensor)
     plan = plan_ring(scene, ring)
     volume = sum(lid.volume() for lid in mounted_lids(plan))  # mm³
@@ -264,7 +264,7 @@ def test_lids_add_to_mass_and_filament():
 
 def test_cover_in_a_scenes_file(tmp_path):
     path = tmp_path / "scene.toml"
-    scene = CoreScene(sensor=sensor_of("vl53l5cx"), printing=COVERED)
+    scene = Scene(sensor=sensor_of("vl53l5cx"), printing=COVERED)
     path.write_text(to_toml(SceneModel.from_domain(scene)))
     assert read_scene(path).printing == COVERED
     board = "[sensor.board]\nwidth = 0.02\nheight = 0.02\n"
@@ -282,7 +282,7 @@ def test_cover_in_a_scenes_file(tmp_path):
 
 def test_a_glued_board_has_no_lid_and_its_ring_is_refused_in_one_line():
     sensor = replace(sensor_of("vl53l4cd"), board=replace(VL53L4CD, holes=()))
-    scene = CoreScene(occlusion="shadow", sensor=sensor, printing=COVERED)
+    scene = Scene(occlusion="shadow", sensor=sensor, printing=COVERED)
     ring = Ring("forearm", 0.5, 3, 0.2, 0.0, scene.radius_of("forearm"), sensor)
     with refused("ring 0 (forearm)"):
         ring_files(Setup((ring,)), scene, lambda *_: {})
@@ -314,7 +314,7 @@ def test_the_lid_of_any_board_that_allows_one_keeps_its_walls(seed, clearance):
     sensor = replace(sensor_of(str(rng.choice(BOARDED))), board=drawn_board(rng))
     assume(lid_fault(sensor.board, sensor, clearance, 0.0012) is None)
     printing = replace(COVERED, clearance=clearance)
-    scene = CoreScene(occlusion="shadow", sensor=sensor, printing=printing)
+    scene = Scene(occlusion="shadow", sensor=sensor, printing=printing)
     plan = plan_ring(scene, Ring("forearm", 0.5, 2, float(rng.uniform(-1, 1)), 0.0, 0.2, sensor))
     lid = lid_solid(plan)
     assert len(lid.decompose()) == 1
@@ -336,7 +336,7 @@ def test_wider_beams_need_wider_windows_until_no_lid_is_left(degrees):
 
 def test_a_scene_without_lids_is_written_as_before_there_were_any():
     for printing, count in ((Printing(), 0), (COVERED, 1)):
-        scene = replace(CoreScene(), printing=printing)
+        scene = replace(Scene(), printing=printing)
         text = to_toml(SceneModel.from_domain(scene))
         assert text.count("cover = true") == text.count("cover") == count
         assert SceneModel.model_validate(tomllib.loads(text)).to_domain().printing == printing

@@ -29,13 +29,13 @@ from place_rings.formats.printing.print_plan import UnbuildableError, plan_ring
 from place_rings.formats.printing.print_plates import print_plates
 from place_rings.formats.printing.ring_solids import assemble
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 
 from ..support.assembly import wall
 from ..support.refusals import refused
 from .test_printing import L4CD, sensor_of
 
-SCENE = CoreScene(occlusion="shadow", sensor=L4CD)
+SCENE = Scene(occlusion="shadow", sensor=L4CD)
 SOLD = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # mm, as in a shop's list
 CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", re.IGNORECASE)
@@ -180,7 +180,7 @@ def test_no_film_remains_between_the_openings_of_neighbours():
     printing = Printing(bolt="M4")
     sensor = sensor_of("vl53l5cx")
     ring = Ring("forearm", 0.165361, 10, -0.3474723647917951, 0.2854538351514286, 0.08, sensor)
-    scene = CoreScene(robot=ROBOTS["ur5e"], poses=(Pose(ROBOTS["ur5e"].rest),), sensor=sensor)
+    scene = Scene(robot=ROBOTS["ur5e"], poses=(Pose(ROBOTS["ur5e"].rest),), sensor=sensor)
     _, files, *_ = print_ring(scene, 0, ring, printing)
     assert min(wall(data) for data in files) >= 1.2
 
@@ -199,7 +199,7 @@ def test_a_flap_without_thickness_leaves_no_open_edges_in_a_file():
     faces of no area that covered each other."""
     robot, sensor = ROBOTS["ur5e"], sensor_of("vl53l5cx")
     ring = Ring("upper_arm", 0.105355, 3, 1.1561270404720678, 1.021520267241257, 0.08, sensor)
-    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),), sensor=sensor)
+    scene = Scene(robot=robot, poses=(Pose(robot.rest),), sensor=sensor)
     scene = replace(scene, printing=Printing(bolt="M5", fastening="insert"))
     for part in build_ring(scene, ring)[1].parts:
         mesh = read_stl(stl(part))

@@ -42,7 +42,7 @@ from place_rings.objectives.feasibility.violations import mount_faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
 from place_rings.placement.space.starts import fresh
@@ -64,11 +64,9 @@ L4CD = sensor_of("vl53l4cd")
 TIGHT = Printing(wall=0.0008, least_wall=0.0002, clearance=0.0, relief=0.0, gap=0.0)
 
 
-def drawn_ring(
-    rng: np.random.Generator, robot: str, sensor: Sensor = L4CD
-) -> tuple[CoreScene, Ring]:
+def drawn_ring(rng: np.random.Generator, robot: str, sensor: Sensor = L4CD) -> tuple[Scene, Ring]:
     """A ring anywhere that can be built, with as many sensors as fit or fewer."""
-    scene = CoreScene(
+    scene = Scene(
         robot=ROBOTS[robot], poses=(Pose(ROBOTS[robot].rest),), occlusion="shadow", sensor=sensor
     )
     link, tilt = str(rng.choice(scene.robot.links)), float(rng.uniform(-1.2, 1.2))
@@ -182,7 +180,7 @@ def test_a_drawn_ring_is_closed_and_keeps_all_checks(name):
     [(6, 63.163, 22.8933), (4, 44.9135, 71.6007), (24, 31.175334044213997, 10.83020960215625)],
 )
 def test_a_ring_keeps_all_checks_and_goes_around_its_link(count, tilt_deg, phase_deg):
-    scene, turned = CoreScene(occlusion="blind", sensor=L4CD), (tilt_deg, phase_deg)
+    scene, turned = Scene(occlusion="blind", sensor=L4CD), (tilt_deg, phase_deg)
     ring = Ring("upper_arm", 0.2, count, *map(math.radians, turned), 0.113, L4CD)
     record, _, _, made = print_ring(scene, 0, ring)
     assert min(least_wall(half, seed) for half in made.parts for seed in range(4)) >= 1.2
@@ -195,7 +193,7 @@ def test_a_ring_keeps_all_checks_and_goes_around_its_link(count, tilt_deg, phase
 def iiwa_ring(link: str, at: float, count: int, degrees: tuple[float, float], radius: float):
     """A scene and a ring by its tilt and phase, degrees."""
     robot = ROBOTS["iiwa14"]
-    scene = CoreScene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
+    scene = Scene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
     return scene, Ring(link, at, count, *map(math.radians, degrees), radius, L4CD)
 
 
@@ -252,7 +250,7 @@ def test_plugs_of_a_board_narrower_than_they_are_stay_in_the_envelope(plugs):
     """The room of a plug was 6 mm wide along any edge, so a search's ring could not be printed."""
     board = Board(0.0264, 0.0037, 0.001, (-0.008, -0.0016), 0.0014, plugs=plugs, plug_height=0.006)
     sensor = replace(L4CD, board=board)
-    scene = CoreScene(occlusion="shadow", sensor=sensor)
+    scene = Scene(occlusion="shadow", sensor=sensor)
     for tilt_deg in (0, -40, 73):
         radius = scene.radius_of("upper_arm") + 0.005
         ring = Ring("upper_arm", 0.5, 4, math.radians(tilt_deg), 0.3, radius, sensor)
@@ -308,7 +306,7 @@ def test_files_and_pictures_of_a_proposal():
 @pytest.mark.parametrize(("seed", "sensors"), [(0, 12), (1, 40)])
 def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
     rng, sensor = np.random.default_rng(seed), sensor_of("vl53l5cx")
-    scene = CoreScene(sensor=sensor, ring_radius=0.085, radius_stated=True, electronics=OWN)
+    scene = Scene(sensor=sensor, ring_radius=0.085, radius_stated=True, electronics=OWN)
     space = Space(scene, sensors=sensors)
     c = fresh(space, rng)
     for _ in range(5):
@@ -320,7 +318,7 @@ def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
 
 
 def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verify():
-    scene = CoreScene(sensor=sensor_of("vl53l5cx"), electronics=OWN)
+    scene = Scene(sensor=sensor_of("vl53l5cx"), electronics=OWN)
     with refused("20 forearm 15", error=InfeasibleError):
         Space(scene, ring_layout(scene, 2, 20))
     tool = Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),))
@@ -333,7 +331,7 @@ def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verif
 
 
 def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
-    scene = CoreScene(sensor=L4CD, occlusion="shadow")
+    scene = Scene(sensor=L4CD, occlusion="shadow")
     assert scene.smallest_radius("upper_arm") > scene.least_radius("upper_arm")
     ring = Ring("upper_arm", 0.5, 4, math.radians(70), 0.0, scene.radius_of("upper_arm"), L4CD)
     pocket, inner = plan_ring(scene, ring).pocket, plan_ring(scene, ring).inner

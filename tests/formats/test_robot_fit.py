@@ -23,7 +23,7 @@ from place_rings.formats.schema.robot_models import RobotModel, robot_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from scipy.spatial.transform import Rotation
 
 from ..support import drawing
@@ -204,7 +204,7 @@ def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside)
 
 def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
     mine = robot_of(RobotModel.from_domain(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
-    scene = CoreScene(robot=mine, poses=(Pose(mine.rest),))
+    scene = Scene(robot=mine, poses=(Pose(mine.rest),))
     (tmp_path / "inline.toml").write_text(to_toml(SceneModel.from_domain(scene)))
     (tmp_path / "mine.toml").write_text(to_toml(RobotModel.from_domain(mine)))
     (tmp_path / "named.toml").write_text('robot = "mine.toml"\n')

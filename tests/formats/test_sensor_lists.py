@@ -21,7 +21,7 @@ from place_rings.formats.sensors.sensor_lists import (
     sensor_list,
 )
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.reporting.terminal import say_lines
 
 from ..support import drawing
@@ -30,7 +30,7 @@ from ..support.refusals import has_parts
 PRINTED = 5e-10  # m, and of unit vectors: half the last decimal of a list
 
 
-def listed(setup: Setup, scene: CoreScene) -> str:
+def listed(setup: Setup, scene: Scene) -> str:
     """What ``place-rings cones`` prints."""
     with contextlib.redirect_stdout(io.StringIO()) as out:
         say_lines(sensor_list(setup, scene))

@@ -24,7 +24,7 @@ from place_rings.objectives.blind_spots import blind_spots
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.occlusion import occluders, setup_sight, unseeing
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.poses.clear import clear, gaps
 from place_rings.rig.sensing.expected import expected
@@ -50,9 +50,9 @@ def attached(name: str, link: str, solid: Polyhedron | Capsules) -> Attached:
     return Attached(name, link, solid)
 
 
-def scene_of(robot: Robot, deg: tuple[int, ...], **fields: object) -> CoreScene:
+def scene_of(robot: Robot, deg: tuple[int, ...], **fields: object) -> Scene:
     pose = Pose(np.radians(deg[: len(robot.chain)]))
-    return CoreScene(robot=robot, poses=(pose,), targets=(NEAR,), **fields)
+    return Scene(robot=robot, poses=(pose,), targets=(NEAR,), **fields)
 
 
 def link_pose(robot: Robot, link: str, q: np.ndarray) -> np.ndarray:
@@ -177,7 +177,7 @@ def test_an_enclosing_capsule_contains_every_corner(body):
 
 
 def test_a_tool_leaves_rings_their_tube_and_is_named_where_it_obstructs_them():
-    bare = CoreScene()
+    bare = Scene()
     wide = pr.attached("bottle", start=[0, 0, 0], end=[0, 0.2, 0], radius=0.09)
     on = replace(bare, robot=bare.robot.with_attached((wide,)))
     for link in bare.robot.links:  # rings surround the link, not the tool
@@ -227,7 +227,7 @@ def test_both_descriptions_of_the_links_carry_what_is_attached():
 
 def test_a_robot_that_moves_its_tool_into_itself_is_not_clear():
     stick = pr.attached("stick", centre=[0, 0.6, 0], size=[0.02, 1.2, 0.02])
-    bare, on = CoreScene(), pr.Scene(attached=[stick]).core
+    bare, on = Scene(), pr.Scene(attached=[stick]).core
     rng = np.random.default_rng(0)
     joints = rng.uniform(-np.pi, np.pi, (64, 6))
     pairs = len(bare.robot.bodies)

@@ -43,7 +43,7 @@ from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
+from place_rings.objectives.scene import Obstacle, Scene, paper_scene
 from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
@@ -61,7 +61,7 @@ TABLE = Obstacle(
 )
 
 
-def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) -> CoreScene:
+def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) -> Scene:
     """A real mount of any robot with up to two attached solids, at one to four poses."""
     robot = ROBOTS[str(rng.choice(list(ROBOTS)))]
     poses = [
@@ -74,7 +74,7 @@ def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) 
     links = rng.choice(["tcp", "forearm", "upper_arm", "base"], 2).tolist()
     each = [Attached(f"on {k}", *one) for k, one in enumerate(zip(links, solids, strict=True))]
     robot = robot.with_attached(tuple(each[: rng.integers(3)]))
-    return CoreScene(
+    return Scene(
         robot=robot, poses=tuple(Pose(q) for q in poses), occlusion="shadow", obstacles=obstacles
     )
 
@@ -213,7 +213,7 @@ def test_boxes_at_many_poses_are_compared_with_a_ring_at_once(monkeypatch):
         )
         for k, a in enumerate(around)
     )
-    scene = CoreScene(poses=poses, occlusion="shadow", obstacles=boxes)
+    scene = Scene(poses=poses, occlusion="shadow", obstacles=boxes)
     assert MountClearance(scene).stretches("tool", 0.08) == []
 
 
@@ -244,7 +244,7 @@ def test_points_on_an_envelope_are_as_dense_as_stated(seed):
 
 def test_rings_of_a_layout_with_another_board_are_clear():
     """As the viewer searches from them: places were those of the scene's smaller board."""
-    scene = CoreScene(occlusion="shadow")
+    scene = Scene(occlusion="shadow")
     limits = {link: Limits(tilt=(-0.2, 0.2)) for link in scene.robot.links}
     scene, sensor = replace(scene, mounts=limits), replace(scene.sensor, board=VL53L5CX)
     places = (("upper_arm", 0.2), ("upper_arm", 0.5), ("forearm", 0.3))
@@ -287,9 +287,7 @@ def test_all_that_is_drawn_and_varied_is_clear_at_all_poses(seed, cluttered):
         c = fresh(space, rng)
 
 
-def assert_clear(
-    scene: CoreScene, frames: np.ndarray, ring: Ring, rng: np.random.Generator
-) -> None:
+def assert_clear(scene: Scene, frames: np.ndarray, ring: Ring, rng: np.random.Generator) -> None:
     """Compare points drawn in a ring's envelope with all bodies and obstacles."""
     mount, around = scene.robot.mount(ring.link), envelope(scene, ring)
     at = ring.position * mount.length
@@ -312,7 +310,7 @@ def assert_clear(
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(ROBOTS))
 def test_every_robot_has_room_for_real_rings_at_its_own_pose(name):
-    scene = CoreScene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), occlusion="blind")
+    scene = Scene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), occlusion="blind")
     space = Space(scene, ring_layout(scene, 1, 8))
     setup = space.setup(fresh(space, np.random.default_rng(0)))
     assert len(setup.rings) >= 2
@@ -321,18 +319,18 @@ def test_every_robot_has_room_for_real_rings_at_its_own_pose(name):
 
 def test_real_is_what_goes_with_occlusion_unless_something_is_said():
     assert not paper_scene().real
-    assert CoreScene(occlusion="shadow").real
-    assert CoreScene(occlusion="blind").real
-    assert CoreScene(rules=Rules(mount="real"), occlusion="ignore").real
-    assert not CoreScene(occlusion="shadow", rules=Rules(mount="free")).real
-    free = CoreScene(occlusion="shadow", rules=Rules(mount="free"))
+    assert Scene(occlusion="shadow").real
+    assert Scene(occlusion="blind").real
+    assert Scene(rules=Rules(mount="real"), occlusion="ignore").real
+    assert not Scene(occlusion="shadow", rules=Rules(mount="free")).real
+    free = Scene(occlusion="shadow", rules=Rules(mount="free"))
     assert segments(free) == segments(paper_scene())
     assert Space(free, sensors=40).radii == Space(paper_scene(), sensors=40).radii
 
 
 def test_a_real_ring_goes_around_the_tube_itself():
     """The UR10's upper arm is 46 mm beside the line between its joints."""
-    scene = CoreScene(occlusion="shadow")
+    scene = Scene(occlusion="shadow")
     assert scene.least_radius("upper_arm") == pytest.approx(0.0556 + 0.012, abs=1e-3)
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.08, "forearm": 0.08, "tool": 0.08}
     start, joint = (
@@ -343,25 +341,25 @@ def test_a_real_ring_goes_around_the_tube_itself():
 
 
 def test_what_cannot_be_mounted_is_refused_with_key_link_and_values():
-    stated = CoreScene(occlusion="shadow", ring_radius=0.06, radius_stated=True)
+    stated = Scene(occlusion="shadow", ring_radius=0.06, radius_stated=True)
     limits = {"upper_arm": Limits(radius=0.06), "forearm": Limits(radius=0.07)}
     wall = Obstacle("wall", box((0, 0, 0.5), (4, 4, 2)))
     for scene, says in (
         (stated, r"ring_radius: 0.06 m .*upper_arm .*0.068 m"),
-        (replace(CoreScene(), mounts=limits), r"mounts.upper_arm.ring_radius: 0.06 m .*0.068 m"),
-        (CoreScene(obstacles=(wall,)), r"rules.mount .*wall"),
+        (replace(Scene(), mounts=limits), r"mounts.upper_arm.ring_radius: 0.06 m .*0.068 m"),
+        (Scene(obstacles=(wall,)), r"rules.mount .*wall"),
     ):
         with pytest.raises(InfeasibleError, match=says):
             Space(scene, sensors=40)
     kept_out = replace(stated, mounts={"upper_arm": Limits(keep_out=((0.0, 1.0),))})
     assert "upper_arm" not in {s.link for s in Space(kept_out, sensors=40).segments}
-    short = CoreScene(mounts={"upper_arm": Limits((0.0, 0.03))})
+    short = Scene(mounts={"upper_arm": Limits((0.0, 0.03))})
     with pytest.raises(InfeasibleError, match="upper_arm"):
         Space(short, Setup((Ring("upper_arm", 0.5, 8),)))
 
 
 def test_the_papers_rings_are_named_where_they_cannot_be_mounted():
-    found = faults(CoreScene(occlusion="shadow"), named_setup("n2_16_25").rings)
+    found = faults(Scene(occlusion="shadow"), named_setup("n2_16_25").rings)
     texts = [f.text for f in found if f.rule == "mount"]
     assert any("0.000" in t for t in texts)
     assert any("upper_arm_0" in t for t in texts)
@@ -372,7 +370,7 @@ def test_rings_of_two_links_that_meet_are_named():
     robot = ROBOTS["ur3e"]
     # the elbow folds
     poses = tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in range(-60, 120, 5))
-    scene = CoreScene(robot=robot, poses=poses, occlusion="shadow")
+    scene = Scene(robot=robot, poses=poses, occlusion="shadow")
     rings = (Ring("upper_arm", 0.5, 8, radius=0.2), Ring("forearm", 0.5, 8, radius=0.2))
     (found,) = (f for f in faults(scene, rings) if f.rings == (0, 1))
     assert all(part in found.text for part in ("ring 0 (upper_arm)", "ring 1 (forearm)", "pose "))
@@ -382,7 +380,7 @@ def test_rings_of_two_links_that_meet_are_named():
 
 
 def test_changes_to_what_is_mounted_stand_where_rings_are_clear():
-    scene = CoreScene(occlusion="shadow")
+    scene = Scene(occlusion="shadow")
     work = RedesignProblem(scene, named_setup("n2_16_25"), 1)
     assert {s.link for s in work.segments((0,))} == {"upper_arm", "forearm"}
     assert work.radii["upper_arm"] == 0.08
@@ -456,7 +454,7 @@ def test_a_position_on_a_mount_without_length_hides_nothing(position):
     at = forward(UR10.chain, paper_scene().poses[0].q)[-1, :3, 3]
     wall = Obstacle("wall", box(at, (0.01, 0.5, 0.01)))
     clear, ring = (
-        MountClearance(CoreScene(occlusion="shadow", obstacles=(wall,))),
+        MountClearance(Scene(occlusion="shadow", obstacles=(wall,))),
         Ring("tool", position, 8),
     )
     assert clear.within(ring)
@@ -467,7 +465,7 @@ def folded(limits: dict[str, Limits]) -> Space:
     """Two rings on a UR5 whose elbow folds until they may meet."""
     robot = ROBOTS["ur5"]
     poses = tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in (0, 90))
-    scene = CoreScene(robot=robot, poses=poses, occlusion="shadow", mounts=limits)
+    scene = Scene(robot=robot, poses=poses, occlusion="shadow", mounts=limits)
     return Space(scene, Setup((Ring("upper_arm", 0.5, 8), Ring("forearm", 0.5, 8))))
 
 
@@ -514,7 +512,7 @@ def test_rings_that_cannot_be_moved_apart_are_refused():
 def test_within_the_bore_only_the_own_tube_is_exempt(name, gap, along, turn):
     """A ball of another body, ``gap`` m inside of the bore, keeps a ring away that is nearer to it
     than the clearance; the tube is nearer, and does not."""
-    bare = CoreScene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), occlusion="shadow")
+    bare = Scene(robot=ROBOTS[name], poses=(Pose(ROBOTS[name].rest),), occlusion="shadow")
     mount, least = bare.robot.mount("forearm"), bare.smallest_radius("forearm")
     ring = Ring("forearm", along, 3, radius=max(least, 0.08))
     bore, axes = envelope(bare, ring).bore, axes_of(mount)

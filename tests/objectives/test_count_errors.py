@@ -17,7 +17,7 @@ from place_rings.coverage.targets.own import Box, Sphere
 from place_rings.coverage.targets.target import Target
 from place_rings.coverage.weight_field import WeightField
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
+from place_rings.objectives.scene import Obstacle, Scene, paper_scene
 from place_rings.objectives.verify import Verifier
 
 VOXEL = 0.04
@@ -36,7 +36,7 @@ def slab(name, low, high):
     return Obstacle(name, box(centre, size), {"centre": centre.tolist(), "size": size.tolist()})
 
 
-def some_cell(kind, rng) -> tuple[CoreScene, Setup, Target]:
+def some_cell(kind, rng) -> tuple[Scene, Setup, Target]:
     """A scene, a layout and a target of this kind, drawn."""
     setup = named_setup(str(rng.choice(["n1_8_0", "n1_16_0"])))
     pose = Pose(

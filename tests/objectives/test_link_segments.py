@@ -14,13 +14,13 @@ from place_rings.objectives.feasibility.ring_envelopes import envelope, spacing
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.link_segments import ABOVE, BELOW, GRAIN, HIGH, LOW, TILTS
 from place_rings.objectives.mount_rules import Rules
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.starts import fresh
 
 from ..support import drawing
 
-SCENE = CoreScene(occlusion="shadow", rules=Rules(mount="real"))
+SCENE = Scene(occlusion="shadow", rules=Rules(mount="real"))
 SPACE = Space(SCENE, sensors=48)
 LONG = [s for s in SPACE.segments if s.high > s.low]
 ERROR = 0.001  # m, by which ends and spacings err at most on the safe side

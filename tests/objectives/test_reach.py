@@ -22,7 +22,7 @@ from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.reach import beyond, beyond_sensors
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import Obstacle, Scene
 
 from ..strategies.units import GENERATORS
 
@@ -45,7 +45,7 @@ def drawn_scene(rng, sensor, occlusion, real):
     low = float(rng.uniform(-1.2, 1))
     tilt = low, low + float(rng.uniform(0, 0.5))
     limits = Limits(position=(0.1, 0.9), tilt=tilt, keep_out=((0.3, 0.6),))
-    return CoreScene(
+    return Scene(
         robot=robot,
         poses=(Pose(q),),
         targets=(TARGET,),
@@ -98,7 +98,7 @@ def test_no_point_that_a_layout_covers_is_beyond_any_sensor(rng, sensor, occlusi
 def test_what_lies_under_a_wide_table_is_beyond_any_sensor():
     """Also under one of a millimetre, which no ball about an apex would stand for."""
     table = Obstacle("table", box([0, 0, -0.05], [9, 9, 0.001]))
-    scene = CoreScene(targets=(TARGET,), obstacles=(table,))
+    scene = Scene(targets=(TARGET,), obstacles=(table,))
     points = scene.sample(TARGET, 0, 2000, 0)
     under, left = points[:, 2] < -0.05, beyond(scene, points, 0)
     assert left[under].mean() > 0.98
@@ -132,9 +132,7 @@ def test_every_pose_counts_among_many():
     ball = Sphere(0.2, (1.8, 0.0, 0.5), name="ball")
 
     def share(*poses):
-        scene = CoreScene(
-            poses=poses, targets=(ball,), occlusion="ignore", rules=Rules(mount="free")
-        )
+        scene = Scene(poses=poses, targets=(ball,), occlusion="ignore", rules=Rules(mount="free"))
         return beyond_sensors(scene, ball)
 
     mean = (share(there).share + share(away).share) / 2
@@ -150,7 +148,7 @@ def test_what_is_counted_is_never_above_what_is_said_to_be_possible():
     short, long = Sensor(math.radians(20), 0.15), Sensor(math.radians(60), 1.5)
     ring = Ring("forearm", 0.5, 8, sensor=long)
     single = MountedSensor("base", (0.0, 0.0, 1.2), (1.0, 0.0, -0.3), long)
-    scene = CoreScene(targets=(TARGET,), sensor=short, rules=Rules(mount="free"))
+    scene = Scene(targets=(TARGET,), sensor=short, rules=Rules(mount="free"))
     for setup in (Setup((ring,)), Setup((), (single,))):
         record = pr.verify(setup, scene, voxel=0.04).records[0]
         most = 100 * (1 - record.beyond.share + record.beyond.error)

@@ -25,7 +25,7 @@ from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import layout_in
 from place_rings.objectives.occlusion import BodilessError, occluders, own_link_fault, unseeing
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
+from place_rings.objectives.scene import Obstacle, Scene, paper_scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_breakdown import by_occlusion
@@ -65,7 +65,7 @@ def test_certified_holds_the_count_under_every_model():
 
 
 def test_redundancy_and_tolerance_count_past_the_robot():
-    verifier = Verifier(CoreScene(occlusion="shadow"), 0.05)
+    verifier = Verifier(Scene(occlusion="shadow"), 0.05)
     setup = named_setup("n1_8_0")
     zeta = verifier.verify(setup, NEAR).zeta
     sure = redundancy(verifier, setup, NEAR, 2)
@@ -76,7 +76,7 @@ def test_redundancy_and_tolerance_count_past_the_robot():
 
 
 def test_sensors_in_housings_and_in_their_own_tube_are_named():
-    scene = CoreScene(occlusion="shadow", rules=Rules(mount="free"))
+    scene = Scene(occlusion="shadow", rules=Rules(mount="free"))
     setup = named_setup("n2_16_25")
     assert own_link_fault(scene, setup) is None
     found = unseeing(scene, setup)
@@ -133,7 +133,7 @@ def test_a_layouts_name_puts_real_rings_where_they_can_be_closed(robot):
 
 def test_a_robot_without_bodies_occludes_nothing_and_says_so(run, tmp_path):
     bare = replace(UR10, bodies=())
-    scene = CoreScene(robot=bare)
+    scene = Scene(robot=bare)
     assert (scene.occlusion, scene.real) == ("ignore", False)
     verifier, setup = Verifier(scene, 0.1), named_setup("n1_8_0")
     assert by_occlusion(verifier, setup, verifier.verify(setup, NEAR)) == {}
@@ -162,8 +162,8 @@ def test_the_papers_world_is_one_option(run, tmp_path):
     code, out, _ = run("verify", "n2_16_25", "--paper", *words)
     counted = Verifier(paper_scene(), 0.1).verify(named_setup("n2_16_25"), Shell(0.5))
     assert (code, json.loads(out)["covered_voxels"]) == (0, counted.covered_voxels)
-    mine = layout_in(CoreScene(), "n2_16_25")
-    (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, CoreScene())))
+    mine = layout_in(Scene(), "n2_16_25")
+    (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, Scene())))
     for given, says in (
         (("n2_16_25", "--occlusion", "blind"), "--occlusion blind"),
         (("mine.toml",), "proposal"),

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from place_rings.coverage.rings.ring import Setup, named_setup
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.sensitivity import SHIFT, TURN, sensitivity
 from place_rings.objectives.verify import Verifier
 
@@ -14,7 +14,7 @@ OFF = 6e-4  # of a share, by degree: points and voxels of 1 cm differ by as much
 
 @pytest.mark.slow
 def test_it_is_what_exact_counts_lose():
-    scene, setup = CoreScene(), named_setup("n2_16_25")
+    scene, setup = Scene(), named_setup("n2_16_25")
     verifier = Verifier(scene, 0.01)
     whole = verifier.judge(setup)[1]
 

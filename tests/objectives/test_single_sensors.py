@@ -25,7 +25,7 @@ from place_rings.formats.loader import read_scene
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.target_voxels import target_voxels
@@ -107,7 +107,7 @@ TARGET = Shell(0.5)
 @pytest.mark.parametrize("occlusion", MODELS)
 def test_a_sensor_of_the_cell_is_a_single_sensor_on_the_base(occlusion):
     rules, ring = Rules(mount="free"), Ring("forearm", 0.5, 8)
-    cell = CoreScene(occlusion=occlusion, rules=rules, cell_sensors=(CAMERA,))
+    cell = Scene(occlusion=occlusion, rules=rules, cell_sensors=(CAMERA,))
     bare = replace(cell, cell_sensors=())
     one = Verifier(cell, 0.03).verify(Setup((ring,)), TARGET)
     other = Verifier(bare, 0.03).verify(Setup((ring,), (CAMERA,)), TARGET)
@@ -126,7 +126,7 @@ def test_a_sensor_of_the_cell_is_a_single_sensor_on_the_base(occlusion):
 def test_what_stands_before_a_camera_hides_what_is_behind_it():
     """A plate below the camera leaves nothing to see under it."""
     plate = Obstacle("plate", box([0.4, 0, 1.6], [2, 2, 0.02], np.eye(3)))
-    scene = CoreScene(cell_sensors=(CAMERA,), obstacles=(plate,), occlusion="ignore")
+    scene = Scene(cell_sensors=(CAMERA,), obstacles=(plate,), occlusion="ignore")
     assert Verifier(scene, 0.03).verify(Setup(), TARGET).zeta == 0
 
 
@@ -163,7 +163,7 @@ def test_a_pose_that_cannot_be_names_its_file_and_key(tmp_path, key, wrong, foun
 
 def test_a_sensor_of_the_cell_is_on_the_base():
     with pytest.raises(ValueError, match=r"cell_sensors\[0\].link: found 'tool'"):
-        CoreScene(cell_sensors=(replace(CAMERA, link="tool"),))
+        Scene(cell_sensors=(replace(CAMERA, link="tool"),))
 
 
 SKIN = MountedSensor("forearm", (0.0, 0.08, 0.2), (0, 1, 0), Sensor(math.radians(60), 0.8))
@@ -171,7 +171,7 @@ LAMP = MountedSensor(
     "base", (0.5, 0, 1.5), (0, 0, -1), Sensor(0.7, 1.2, None, 0.5, 64), (0, 1, 0), "camera"
 )
 HELD = Ring("forearm", 0.5, 4)
-SCENE = CoreScene(
+SCENE = Scene(
     targets=(TARGET,),
     occlusion="ignore",
     rules=Rules(mount="free", fixed=(HELD,), fixed_sensors=(SKIN,)),

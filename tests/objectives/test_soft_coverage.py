@@ -23,7 +23,7 @@ from place_rings.objectives.floors import TEMPERATURE, floors, worth
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.soft_terms import Sample
 
@@ -39,7 +39,7 @@ ERRORS = Criterion(errors=MountingErrors(0.01, 0.1), draws=2)
 
 
 @cache
-def scene_of(number: int, **fields) -> CoreScene:
+def scene_of(number: int, **fields) -> Scene:
     """A robot that holds a solid, at two poses of different weight, before an obstacle, with a
     sensor of the cell; the fields go before these."""
     rng = np.random.default_rng(number)
@@ -58,11 +58,11 @@ def scene_of(number: int, **fields) -> CoreScene:
         "cell_sensors": (eye,),
         "rules": FREE,
     }
-    return CoreScene(**(given | fields))
+    return Scene(**(given | fields))
 
 
 @cache
-def soft_of(scene: int, aim: Criterion, **fields) -> tuple[CoreScene, SoftCoverage]:
+def soft_of(scene: int, aim: Criterion, **fields) -> tuple[Scene, SoftCoverage]:
     """A scene and its soft coverage, compiled once; the points come with each call."""
     core = scene_of(scene, **fields)
     each = [(g, p) for g in range(len(core.targets)) for p in range(len(core.poses))]
@@ -90,14 +90,14 @@ def setups(three, most: int) -> st.SearchStrategy[Setup]:
     return st.builds(with_sensors, some, three, singles(("forearm", "tcp")))
 
 
-def arrays_of(scene: CoreScene, setup: Setup):
+def arrays_of(scene: Scene, setup: Setup):
     """Arrays and values of a setup's rings, and the cell's sensors, padded."""
     groups, v = scene.with_cell(setup).groups, ring_values(scene.with_cell(setup).groups)
     arrays = ring_arrays(scene.robot, groups, SENSORS, special=True)
     return arrays, np.stack([v.position, v.tilt, v.phase])
 
 
-def terms_of(scene: CoreScene, setup: Setup, aim: Criterion):
+def terms_of(scene: Scene, setup: Setup, aim: Criterion):
     """The beams of each term: without occlusion, and their visible parts."""
     whole, drawn = scene.with_cell(setup), aim.drawn(len(setup.groups), setup.sensors)
     each = []
@@ -133,7 +133,7 @@ def seen(terms, points, ring, most):
     return np.stack(sure), np.stack(perhaps)
 
 
-def counted(scene: CoreScene, setup: Setup, aim: Criterion, seen: np.ndarray) -> float:
+def counted(scene: Scene, setup: Setup, aim: Criterion, seen: np.ndarray) -> float:
     """The criterion by counting what sensors see, (T, K, N)."""
     ring = np.array(scene.with_cell(setup).ring_of_sensor)
     shape = (aim.mountings, len(scene.targets), len(scene.poses))
@@ -244,7 +244,7 @@ THREE_NEEDLES = st.lists(NEEDLES, min_size=3, max_size=3)
 
 
 @pytest.fixture(scope="module")
-def bare() -> tuple[CoreScene, SoftCoverage, np.ndarray]:
+def bare() -> tuple[Scene, SoftCoverage, np.ndarray]:
     """A scene in which nothing occludes, its soft coverage, and the points of two poses."""
     scene = scene_of(1, **BARE, targets=(Shell(0.5),))
     points = np.random.default_rng(0).uniform(-0.8, 0.8, (2, 1000, 3))

@@ -25,7 +25,7 @@ from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.tolerance import exact_zetas, nominal_cones
 from place_rings.objectives.verify import Verifier
@@ -62,9 +62,7 @@ FIELDS = st.builds(
 
 
 def scene_of(*targets):
-    return CoreScene(
-        targets=tuple(t for t in targets), occlusion="ignore", rules=Rules(mount="free")
-    )
+    return Scene(targets=tuple(t for t in targets), occlusion="ignore", rules=Rules(mount="free"))
 
 
 def near(field):

@@ -18,7 +18,7 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import verdict
 from place_rings.placement.search.schedule import Round
@@ -34,7 +34,7 @@ def folded(seed):
     """Rings on a UR5 whose elbow folds until they may meet."""
     rng, robot = np.random.default_rng(seed), ROBOTS["ur5"]
     bends = (0.0, float(rng.uniform(70, 90)))
-    scene = CoreScene(
+    scene = Scene(
         robot=robot,
         poses=tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in bends),
         targets=(Shell(0.3),),
@@ -134,7 +134,7 @@ def test_balls_that_are_apart_hold_rings_that_are(sensors, seed):
 def test_a_search_whose_rings_may_all_collide_beats_random_layouts_by_far():
     robot = ROBOTS["ur3"]
     pose = Pose(np.radians([0.0, -60.0, 130.0, -90.0, -90.0, 0.0]))
-    scene = CoreScene(robot=robot, poses=(pose,), targets=(Shell(0.3),), ring_radius=0.09)
+    scene = Scene(robot=robot, poses=(pose,), targets=(Shell(0.3),), ring_radius=0.09)
     space = Space(scene, sensors=24)
     found = search(space, voxel=0.05)
     assert faults(scene, found.setup.rings) == []

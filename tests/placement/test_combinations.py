@@ -23,7 +23,7 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.exchange import Exchange
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
@@ -50,7 +50,7 @@ TWO = paper_scene(
     targets=(Shell(0.5, weight=0.7), ReachAndToolSpheres(weight=0.3)),
 )
 FIXED = replace(PLAIN, rules=Rules(fixed=(Ring("forearm", 0.4, 8, 0.3, 0.1),), sensors=(4, 24)))
-REAL = CoreScene(poses=(Pose(Q),), targets=(Shell(1.0),))
+REAL = Scene(poses=(Pose(Q),), targets=(Shell(1.0),))
 SCENES = {"plain": PLAIN, "two goals": TWO, "fixed rings": FIXED, "real mounts": REAL}
 KINDS = ["free", "six rings", "equal"]
 NEVER = StopToken(math.inf)
@@ -266,7 +266,7 @@ AIMS = {
 def fields(name, aim=None, **options):
     """Return fields of a scene in which the robot hides points: of 48 sensors in any rings, or with
     a criterion of given rings."""
-    scene = CoreScene(targets=(TARGETS[name],), **options)
+    scene = Scene(targets=(TARGETS[name],), **options)
     criterion = AIMS[aim or "mean"]
     space = Space(scene, ring_layout(scene, 2, 8)) if aim else Space(scene, sensors=48)
     return Fields(space, TargetPoints(scene, 256, 0, criterion.mountings), criterion)
@@ -315,7 +315,7 @@ def test_a_guess_without_occluders_or_with_blinded_sensors_is_exact():
 
 
 def test_a_schedule_follows_what_costs_time_and_ends_with_few_candidates_on_many_points():
-    paper, shadow = paper_scene(), CoreScene(rules=Rules(mount="free"))
+    paper, shadow = paper_scene(), Scene(rules=Rules(mount="free"))
     square = replace(shadow, sensor=effective(Use("vl53l5cx")).sensor)
     blind, many = replace(shadow, occlusion="blind"), (Pose(Q),) * 20
     worst = replace(shadow, poses=many, over_poses="worst")

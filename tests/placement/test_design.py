@@ -18,7 +18,7 @@ from place_rings.objectives.link_segments import GRAIN, segments
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.parameterization import decode
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.placement.space.design import Candidate, Space
 from place_rings.placement.space.feasible_set import InfeasibleError, refusal
 from place_rings.placement.space.starts import fitted, fresh, papers
@@ -31,7 +31,7 @@ RNG = np.random.default_rng(0)
 LINKS = ("upper_arm", "forearm", "tool")
 
 
-def drawn_scene(rng: np.random.Generator) -> CoreScene:
+def drawn_scene(rng: np.random.Generator) -> Scene:
     """A scene with limits, keep-outs, spacing, margins, fixed rings, a shared tilt."""
 
     def interval(low=0.0, high=1.0):
@@ -190,7 +190,7 @@ def test_what_cannot_be_is_refused_with_the_numbers(rules, wanted, numbers):
 
 
 def test_equal_rings_whose_boards_do_not_fit_are_refused_with_the_number_that_does():
-    scene = CoreScene(sensor=Sensor(board=VL53L1X), occlusion="shadow", rules=Rules(mount="real"))
+    scene = Scene(sensor=Sensor(board=VL53L1X), occlusion="shadow", rules=Rules(mount="real"))
     with pytest.raises(InfeasibleError, match=r"4 .*24 ") as error:
         Space(scene, rings=4, each=24)
     most = int(re.findall(r"\d+", str(error.value))[-1])
@@ -277,7 +277,7 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
         "tool": Limits(radius=0.075),
     }
     rules = Rules(sensors=(least, 24), max_rings_per_link=1)
-    scene = CoreScene(sensor=Sensor(board=VL53L1X), mounts=limits, rules=rules, radius_stated=True)
+    scene = Scene(sensor=Sensor(board=VL53L1X), mounts=limits, rules=rules, radius_stated=True)
     first = Space(scene, sensors=least)
     assert len({*first.largest()}) > 1
     most = sum(first.largest())

@@ -36,7 +36,7 @@ from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Obstacle, paper_scene
+from place_rings.objectives.scene import Obstacle, Scene, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.exchange import Exchange, share_of
 from place_rings.placement.search.exchange_criteria import Tally, criterion_by_counts
@@ -324,11 +324,11 @@ SKIN = MountedSensor("forearm", (0.0, 0.08, 0.2), (0, 1, 0), Sensor(math.radians
 CEILING = MountedSensor("base", (0.5, 0, 1.5), (0, 0, -1), Sensor(0.7, 1.2))
 SCENES = {
     "cones": (TWO, Criterion()),
-    "shadows": (CoreScene(poses=POSES, obstacles=(TABLE,)), Criterion(2)),
-    "first returns": (CoreScene(poses=POSES, obstacles=(TABLE,), occlusion="blind"), Criterion()),
-    "squares in shadows": (CoreScene(poses=POSES, sensor=SQUARE), Criterion(losing="sensor")),
+    "shadows": (Scene(poses=POSES, obstacles=(TABLE,)), Criterion(2)),
+    "first returns": (Scene(poses=POSES, obstacles=(TABLE,), occlusion="blind"), Criterion()),
+    "squares in shadows": (Scene(poses=POSES, sensor=SQUARE), Criterion(losing="sensor")),
     "errors": (TWO, ERRORS),
-    "errors in shadows": (CoreScene(obstacles=(TABLE,)), ERRORS),
+    "errors in shadows": (Scene(obstacles=(TABLE,)), ERRORS),
     "errors of squares": (paper_scene(sensor=SQUARE), ERRORS),
     "beside what stays": (
         paper_scene(

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.soft_terms import Sample
 from place_rings.objectives.target_points import TargetPoints
@@ -27,7 +27,7 @@ from .test_design import drawn_scene
 
 NO_POINTS = Sample(np.zeros((1, 0, 3)))
 KEPT = 2e-7  # of a link, by which a climb's values may break a rule
-REAL = [Space(CoreScene(rules=Rules(shared_tilt=shared)), sensors=48) for shared in (False, True)]
+REAL = [Space(Scene(rules=Rules(shared_tilt=shared)), sensors=48) for shared in (False, True)]
 
 
 class Bowl(SoftCoverage):

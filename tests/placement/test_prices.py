@@ -18,7 +18,7 @@ from place_rings.formats.schema.versions import SensorFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.prices import Prices
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.search import search as searching
 from place_rings.placement.search import several_searches as fewest
 from place_rings.reporting.lines.scene import price_line
@@ -47,7 +47,7 @@ CENTS = st.integers(0, 100_000).map(lambda n: n / 100)
 def test_the_price_is_the_sum_over_new_rings_and_their_sensors(new, fixed, ring, sensor, other):
     fixed = [one for one in fixed if one not in new]
     prices = Prices(ring, sensor, "EUR", {"vl53l1x": other})
-    scene, setup = CoreScene(prices=prices, rules=Rules(fixed=tuple(fixed))), (*new, *fixed)
+    scene, setup = Scene(prices=prices, rules=Rules(fixed=tuple(fixed))), (*new, *fixed)
     each = [ring] * len(new)
     for one in new:
         each += [other if one.sensor is L1X else sensor] * one.count
@@ -61,7 +61,7 @@ def test_the_price_is_the_sum_over_new_rings_and_their_sensors(new, fixed, ring,
 def test_the_bill_of_materials_adds_up_to_the_price():
     rings = Ring("forearm", 0.5, 3), Ring("upper_arm", 0.5, 2, sensor=L1X)
     prices = Prices(10.0, 2.0, "EUR", {"vl53l1x": 7.5})
-    scene = CoreScene(prices=prices, rules=Rules(fixed=rings[:1]))
+    scene = Scene(prices=prices, rules=Rules(fixed=rings[:1]))
     bill = "\n".join(materials(scene, Setup(rings)))
     assert f"**{escaped(prices.text(10 + 2 * 7.5))}**" in bill
 
@@ -78,7 +78,7 @@ def test_a_sensor_of_ones_own_has_a_price_by_its_name(tmp_path):
 
 
 def test_a_scene_without_prices_has_none():
-    scene, setup = CoreScene(), Setup((Ring("forearm", 0.5, 5),))
+    scene, setup = Scene(), Setup((Ring("forearm", 0.5, 5),))
     assert scene.price_of(setup) is price_line(scene, setup) is PriceModel.of(scene, setup) is None
     assert pr.verify("n1_8_0", pr.Scene(), voxel=0.1).price is None
 

@@ -18,7 +18,7 @@ from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.redesign_models import ImproveResult
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import beam_search as beam
 from place_rings.placement.redesign import redesign as improving
@@ -51,7 +51,7 @@ def check_changes(
 
 
 def check_rules(
-    scene: CoreScene, before: tuple[Ring, ...], after: tuple[Ring, ...], new: list[Ring]
+    scene: Scene, before: tuple[Ring, ...], after: tuple[Ring, ...], new: list[Ring]
 ) -> None:
     """All new rings keep all rules against all rings."""
     rules, counts = scene.rules, [r.count for r in before]

@@ -19,7 +19,7 @@ from place_rings.coverage.solids.polyhedra import box
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, Obstacle
+from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
@@ -138,7 +138,7 @@ def drawn(rng):
     rules = Rules(some(0, 0.08), some(0, 0.04), (least, least + extra), most, shared)
     rules = replace(rules, mount=mount, standoff=some(0.005, 0.02), clearance=some(0.001, 0.01))
     boxes = some((-0.8, -0.8, -0.3), (0.8, 0.8, 1.3), (rng.integers(3), 3))
-    scene = CoreScene(robot, tuple(map(Pose, poses)), mounts=limits, rules=rules)
+    scene = Scene(robot, tuple(map(Pose, poses)), mounts=limits, rules=rules)
     obstacles = (Obstacle(f"{i}", box(at, np.full(3, SIZE))) for i, at in enumerate(boxes))
     occlusion = str(rng.choice(["ignore", "shadow", "blind"]))
     scene = replace(scene, occlusion=occlusion, obstacles=tuple(obstacles))

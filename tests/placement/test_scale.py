@@ -19,7 +19,7 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.link_segments import ABOVE, BELOW, HIGH, LOW, TILTS
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.parameterization import decode, encode, positions
-from place_rings.objectives.scene import CoreScene, Pose
+from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search import exchange, exchange_points, ring_library
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
@@ -33,8 +33,8 @@ from place_rings.placement.stop_token import StopToken
 from ..support.searching import search
 
 CLOSE = Rules(mount="free", spacing=0.02, sensors=(3, 24), max_rings_per_link=32)
-FREE = CoreScene(rules=CLOSE)
-REAL = CoreScene(rules=replace(CLOSE, mount="real"))
+FREE = Scene(rules=CLOSE)
+REAL = Scene(rules=replace(CLOSE, mount="real"))
 SPACES = {"free": Space(FREE, sensors=240), "real": Space(REAL, sensors=240)}
 SHORT = (
     Round(128, 2, 0, 0, 0.0, trials=5, library=400),

@@ -17,7 +17,7 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.mount_rules import Limits, Rules
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import exchange_points
@@ -35,8 +35,8 @@ from ..support.searching import fewest_rings, fewest_sensors, questioned, search
 
 QUICK = (Round(256, 4, 1, 4, 0.2, 4, 2), Round(512, 2, 1, 4, 0.05, 2, 1))
 SCENE = paper_scene(targets=(Shell(0.5),), rules=Rules(sensors=(4, 16)))
-LARGE = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, 16)))
-FREE = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(3, 16)))
+LARGE = Scene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, 16)))
+FREE = Scene(occlusion="ignore", rules=Rules(mount="free", sensors=(3, 16)))
 
 
 @pytest.fixture(scope="module")
@@ -190,7 +190,7 @@ def _result(rings: int, exact: float, outcome: Outcome = Outcome.FINISHED) -> Se
 )
 def test_one_ring_fewer_than_the_answer_falls_short(values, within, most, each):
     """By searches whose values are drawn, for each number of rings from 1 upward."""
-    scene, asked = CoreScene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, most))), []
+    scene, asked = Scene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, most))), []
 
     def known(space, *_):
         asked.append(len(values) if space.rings is None else space.rings)

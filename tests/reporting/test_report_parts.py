@@ -18,7 +18,7 @@ from place_rings.coverage.targets.named import Shell
 from place_rings.formats.fingerprints import scene_sha256
 from place_rings.formats.firmware.cabling import cable_run, crossings
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import pdf
 from place_rings.reporting.pages import html
@@ -62,7 +62,7 @@ def test_one_pose_plans_for_one_turn_at_most():
 def test_bus_cables_are_those_of_the_wiring():
     sensor = effective(Use("vl53l1x")).sensor
     setup = Setup(tuple(Ring("forearm", 0.5, n, sensor=sensor) for n in (3, 20)))
-    (direct, switched), reasons = wirings(CoreScene(), setup)
+    (direct, switched), reasons = wirings(Scene(), setup)
     assert not reasons
     assert bus_cable(direct) == direct.bus.segments[0].cable_m
     trunk, channel = switched.bus.segments[:2]
@@ -89,7 +89,7 @@ def test_a_requirement_is_decided_by_proof(proof, margin):
 
 def test_printed_parts_are_counted():
     sensor = effective(Use("vl53l1x")).sensor
-    scene = CoreScene(sensor=sensor)
+    scene = Scene(sensor=sensor)
     rings = tuple(Ring("forearm", p, 8, 0.3, radius=0.08, sensor=sensor) for p in (0.4, 0.6))
     one, two = (printed_parts(scene, Setup(rings[:n])) for n in (1, 2))
     assert (one.rings, two.rings, two.reasons) == (1, 2, [])
@@ -97,14 +97,14 @@ def test_printed_parts_are_counted():
     assert 20 * DENSITY < one.grams < 500 * DENSITY
     assert two.hardware == one.hardware + one.hardware
     assert sum(one.hardware.values()) >= 2
-    nominal = printed_parts(CoreScene(), Setup((Ring("forearm", 0.5, 8),)))
+    nominal = printed_parts(Scene(), Setup((Ring("forearm", 0.5, 8),)))
     assert nominal.rings == 0
     assert nominal.reasons
 
 
 def test_a_scene_has_a_hash_of_its_own():
-    scene = CoreScene()
-    assert scene_sha256(scene) == scene_sha256(CoreScene())
+    scene = Scene()
+    assert scene_sha256(scene) == scene_sha256(Scene())
     assert scene_sha256(scene) != scene_sha256(replace(scene, occlusion="ignore"))
 
 

@@ -16,7 +16,7 @@ from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 
 from ..support.rooms import ROOT
 
@@ -79,7 +79,7 @@ def test_a_peer_stays_in_bounds_and_budget_and_gets_better_only(asked, name, mon
 @pytest.fixture(scope="module")
 def mounted():
     """The objective with real mounts, without its points."""
-    scene, watch = CoreScene(), peers.Watch(60.0)
+    scene, watch = Scene(), peers.Watch(60.0)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(peers, "Fields", Mock())
         return peers.PeerObjective(scene, ring_layout(scene, 2, 8), 0, watch, points=64)

@@ -22,7 +22,7 @@ from place_rings.formats.export.urdf import urdf
 from place_rings.formats.layouts.csv_poses import COLUMNS, ORIENTED
 from place_rings.formats.layouts.layout import read_layout
 from place_rings.formats.schema.layout_models import LayoutModel
-from place_rings.objectives.scene import CoreScene, Pose, paper_scene
+from place_rings.objectives.scene import Pose, Scene, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.studies.engine.runner import TASKS
 from place_rings.studies.engine.scenes import scene_from, setup_keys
@@ -87,7 +87,7 @@ def test_a_drawn_layout_is_scored_as_verify_counts_it(tmp_path_factory, some, se
         "rule": "centre",
         "voxel": 0.1,
     }
-    scene = CoreScene(robot=UR10, poses=(Pose(UR10.rest),), sensor=sensor)
+    scene = Scene(robot=UR10, poses=(Pose(UR10.rest),), sensor=sensor)
     for target in study.TARGETS[:2]:
         asked = {"target": target.name, "radius": target.radius}
         scored = TASKS["zeta"](**cell, **asked)

@@ -21,7 +21,7 @@ from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.volume_tally import Bracket
 from place_rings.objectives import verify as exact
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.search.progress import Outcome
 from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study
@@ -221,7 +221,7 @@ def test_a_rehearsal_lists_what_a_study_measures(name, tmp_path):
     """Without a measurement; and its time is that of the cells that are not stored yet."""
     layouts = read_layouts(name, [])
     shells = (Shell(0.5), Shell(1.5))
-    options = StudyOptions(name, 0, shells, 24, CoreScene(), layouts, None, name == "pareto")
+    options = StudyOptions(name, 0, shells, 24, Scene(), layouts, None, name == "pareto")
     calls = rehearsed(lambda run: measured(run, options, lambda *_: None))
     with Store(tmp_path / "cells.sqlite", "1") as store:
         whole = Estimate.of(calls, store, 1, 1.0)

@@ -21,7 +21,7 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import carried_polyhedra, robot_capsules
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 
 _ROUND = 32  # facets of a body
 _NEAR = 50.0  # mm, largest gap that is measured
@@ -135,7 +135,7 @@ def winding(mesh: trimesh.Trimesh, points: Float[np.ndarray, "P 3"]) -> Float[np
     return found
 
 
-def beams_clear(scene: CoreScene, ring: Ring, parts: list[Manifold], samples: int = 4000) -> float:
+def beams_clear(scene: Scene, ring: Ring, parts: list[Manifold], samples: int = 4000) -> float:
     """Return the least value, mm, of the exact function of a ring's own beams on the surfaces of
     its parts, which are given in the base frame at the first pose, mm."""
     beams, least = sensor_cones(scene.robot, Setup((ring,)), scene.poses[0].q), _NEAR
@@ -149,7 +149,7 @@ def beams_clear(scene: CoreScene, ring: Ring, parts: list[Manifold], samples: in
 
 
 def judge(
-    scene: CoreScene,
+    scene: Scene,
     setup: Setup,
     data: Mapping[str, bytes],
     points: int = 4000,

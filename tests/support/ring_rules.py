@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 
 from place_rings.coverage.rings.ring import Ring
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 
 
 def check_ring(
-    scene: CoreScene, ring: Ring, others: Iterable[Ring], place: float, angle: float
+    scene: Scene, ring: Ring, others: Iterable[Ring], place: float, angle: float
 ) -> None:
     """A ring keeps its limits, and its distance from all others, but for rounding."""
     limits, length = scene.limits_of(ring.link), scene.robot.mount(ring.link).length

@@ -4,7 +4,7 @@ import time
 from typing import Any
 
 from place_rings.coverage.rings.ring import Setup
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import redesign
 from place_rings.placement.redesign.beam_search import BeamPlan
@@ -20,7 +20,7 @@ _CONTEXT = ("aim", "tell", "schedule", "points")
 
 
 def questioned(
-    scene: CoreScene, cap: float = float("inf"), clock: Any = time.monotonic, **given: Any
+    scene: Scene, cap: float = float("inf"), clock: Any = time.monotonic, **given: Any
 ) -> tuple[SearchOptions, SearchContext]:
     """Return options and a context by keywords; ``cap``: limit of the clock, s."""
     there = {name: given.pop(name) for name in _CONTEXT if name in given}
@@ -34,19 +34,19 @@ def search(space: Space, **given: Any) -> SearchResult:
     return searching.search(space, *questioned(space.scene, **given))
 
 
-def fewest_sensors(scene: CoreScene, reach: float, **given: Any) -> Reach:
+def fewest_sensors(scene: Scene, reach: float, **given: Any) -> Reach:
     """Search for the fewest sensors that reach a coverage, percent."""
     return several_searches.fewest_sensors(*questioned(scene, reach=reach, **given))
 
 
-def fewest_rings(scene: CoreScene, sensors: int, **given: Any) -> FewestRings:
+def fewest_rings(scene: Scene, sensors: int, **given: Any) -> FewestRings:
     """Search for the fewest rings."""
     asked = questioned(scene, sensors=sensors, **given)
     return several_searches.fewest_rings(Space(scene, sensors=sensors), *asked)
 
 
 def improve(
-    scene: CoreScene, mounted: Setup, plan: BeamPlan | None = None, **given: Any
+    scene: Scene, mounted: Setup, plan: BeamPlan | None = None, **given: Any
 ) -> redesign.Improved:
     """Improve a mounted setup."""
     options = ImproveOptions(**given)

@@ -16,7 +16,7 @@ import pytest
 import viser.transforms
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene
+from place_rings.objectives.scene import Scene
 from place_rings.viewer import playback, ring_handles
 from place_rings.viewer.control_values import set_value
 from place_rings.viewer.ring_controls import RingControls
@@ -28,8 +28,8 @@ from ..support.browser import until
 from ..support.viser_client import Client, pages_of
 
 SMALL = Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -1.2)))
-HOME = CoreScene().poses[0].q
-MOTION = CoreScene(poses=tuple(Pose(HOME + 0.05 * i, time_s=0.5 * i) for i in range(3)))
+HOME = Scene().poses[0].q
+MOTION = Scene(poses=tuple(Pose(HOME + 0.05 * i, time_s=0.5 * i) for i in range(3)))
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ import pytest
 from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.loader import read_proposal
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.placement.search.schedule import Round
 from place_rings.viewer import page_files, page_tasks, tasks
 from place_rings.viewer.html import UNBUILDABLE
@@ -93,7 +93,7 @@ PHONE = (390, 844)
 @pytest.mark.slow  # every window is drawn anew, by the processor
 @needs_chromium()
 def test_the_scene_fits_into_any_window_and_a_phone_shows_it_first(browser):
-    with Server(ViewerSession(CoreScene(), {"small": SMALL})) as server:
+    with Server(ViewerSession(Scene(), {"small": SMALL})) as server:
         reader = Reader(browser, f"{server.url}/?view=Side", SIZES[0], 0.1)
         until(lambda: "place-rings" in reader.page.title(), "the page has no title")
         assert "small: " in reader.page.title()
@@ -224,7 +224,7 @@ def test_search_count_and_save(tmp_path, monkeypatch):
 
 def test_a_ring_moved_too_near_is_named_at_once_and_when_it_is_saved(tmp_path, monkeypatch):
     monkeypatch.setattr(page_files, "prove", partial(tasks.prove, voxel=0.05, width=0.1))
-    scene = CoreScene()
+    scene = Scene()
     radius, length = scene.radius_of("forearm"), scene.robot.mount("forearm").length
     pair = Setup(tuple(Ring("forearm", p, 4, 0.3, 0.0, radius) for p in (0.4, 0.8)))
     with Server(ViewerSession(scene, {"pair": pair}, tmp_path)) as server:

@@ -15,7 +15,7 @@ from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets.named import Shell
 from place_rings.formats.loader import read_proposal
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.viewer import page_files
 from place_rings.viewer.drawing import Drawing
 from place_rings.viewer.drawn_parts import DrawnParts
@@ -105,7 +105,7 @@ def test_every_sensor_is_drawn_and_can_be_selected(setup, cones):
 
 def test_a_room_says_which_sensor_lies_in_a_body():
     deep = Setup((), (replace(PAD, position=(0.0, 0.0, 0.2)), EYE))
-    (fault,) = ViewerSession(CoreScene(), {"deep": deep}).broken(deep, OCCLUSIONS[1])
+    (fault,) = ViewerSession(Scene(), {"deep": deep}).broken(deep, OCCLUSIONS[1])
     assert fault.rings == (0,)
     assert fault.text.startswith("sensor pad (forearm) lies 4")
     assert fault.text.endswith("mm within forearm_1 and sees nothing")

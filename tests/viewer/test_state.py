@@ -14,7 +14,7 @@ from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.viewer import playback
 from place_rings.viewer.browser_page import read_answer
 from place_rings.viewer.camera import FOV, VIEWS, fitted
@@ -123,7 +123,7 @@ def test_a_fitted_camera_sees_all_points_and_touches_the_windows_edge(points, vi
 
 @pytest.mark.parametrize("kind", CUTS)
 def test_a_cut_keeps_the_far_side(kind):
-    scene = CoreScene()
+    scene = Scene()
     glance = QuickEstimate(scene, [NEAR])
     drawn = Drawing(glance)
     curve = drawn.curve(0)
@@ -208,7 +208,7 @@ def test_the_address_and_the_preferred_theme_are_read():
 @pytest.mark.parametrize("occlusion", ["ignore", "shadow", "blind"])
 def test_the_sensors_reports_add_up(occlusion):
     """What single sensors alone cover is what exactly one covers; and bodies block the rest."""
-    scene = CoreScene(occlusion=occlusion)
+    scene = Scene(occlusion=occlusion)
     steep = rounded(Setup((SMALL.rings[0], Ring("forearm", 0.4, 5, -1.3))), Sensor())
     glance = QuickEstimate(scene, [NEAR])
     reports = [

@@ -30,7 +30,7 @@ from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.objectives.feasibility.violations import faults, mount_faults
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import CoreScene, paper_scene
+from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.schedule import Round
 from place_rings.viewer import html as words
@@ -67,7 +67,7 @@ HOSTILE = "<img src=x onerror=alert(1)>{alert(1)}'\""
 def test_verdicts_ring_by_ring_are_those_of_each_sensor_of_the_whole_setup(seed, occlusion, target):
     setup = drawing.setup(np.random.default_rng(seed))
     square = replace(setup.rings[0], sensor=Sensor(0.4, 0.8, fov_up=0.2, zones=4))
-    setup, scene = Setup((*setup.rings, square)), CoreScene(occlusion=occlusion)
+    setup, scene = Setup((*setup.rings, square)), Scene(occlusion=occlusion)
     glance = QuickEstimate(scene, [target], points=300)
     points, verdict = (
         glance.points(target, 0, 300),
@@ -96,7 +96,7 @@ def test_verdicts_ring_by_ring_are_those_of_each_sensor_of_the_whole_setup(seed,
 
 @pytest.mark.parametrize("occlusion", OCCLUSIONS)
 def test_a_glance_is_the_exact_count_within_the_luck_of_its_points(occlusion):
-    scene = CoreScene(occlusion=occlusion)
+    scene = Scene(occlusion=occlusion)
     glance, verifier = QuickEstimate(scene, [NEAR]), Verifier(scene, 0.02)
     for setup in (SMALL, EditedSetup(scene, SMALL).changed(0, tilt_deg=-40, count=9).setup):
         exact = verifier.verify(setup, NEAR).zeta
@@ -367,7 +367,7 @@ def test_a_scene_with_one_target_shows_the_papers_beside_it():
     assert shown_targets(paper_scene(targets=two)) == (FAR, ToolSphere())
 
 
-ROOM = ViewerSession(CoreScene(), {"a": SMALL})
+ROOM = ViewerSession(Scene(), {"a": SMALL})
 
 
 @settings(max_examples=12)
@@ -389,7 +389,7 @@ def test_rings_that_cannot_be_built_are_red_and_the_reasons_are_those_of_verify(
 
 def test_a_saved_file_states_what_cannot_be_built(tmp_path):
     """Rings 15 mm apart; as good as new without a fault."""
-    scene = CoreScene()
+    scene = Scene()
     length, radius = scene.robot.mount("forearm").length, scene.radius_of("forearm")
     places = (0.5, 0.5 + 0.015 / length)
     close = rounded(
