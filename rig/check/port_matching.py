@@ -6,18 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
 from scipy.optimize import linear_sum_assignment
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
-from ..mount.channel_assignment import best_order, costs
+from ..mount.channel_assignment import least_cost
 from ..mount.hand_sweep import passages
+from ..mount.mounting_error_model import both_ways
 from ..rings.protocol import Counts
 from ..sensing.expected import expected
 from ..sensing.readings import Readings, Stops
 
-_COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors
 _SURE = 80.0  # required advantage of other ports: twice a log likelihood ratio
 _MOST_SEEN, _FEW_SEEN = 0.6, 0.3  # shares of a ring's sensors that saw a hand
 
@@ -72,35 +71,19 @@ def by_pattern(scene: Scene, setup: Setup, stops: Stops) -> Ports:
     or the other way round.
     """
     rings = len(setup.rings)
-    turned = replace(setup, rings=tuple(replace(r, tilt=-r.tilt) for r in setup.rings))
-    wanted = [expected(scene, one, stops.joints).distance for one in (setup, turned)]
+    wanted = [expected(scene, way, stops.joints).distance for way in both_ways(setup.rings)]
     parts = setup.slices
     table = np.full((rings, rings), np.inf)
     for port in range(rings):
         for ring in range(rings):
             if setup.rings[port].count == setup.rings[ring].count:
                 read = stops.distance[:, parts[port]]
-                table[port, ring] = _cost(read, [one[:, parts[ring]] for one in wanted])
+                table[port, ring] = least_cost(read, [one[:, parts[ring]] for one in wanted])
     finite = np.where(np.isfinite(table), table, 1e12)
     port, ring = linear_sum_assignment(finite + 1e-6 * (1 - np.eye(rings)))
     if finite.trace() - finite[port, ring].sum() <= _SURE:
         return {}
     return _distinct({int(p): int(r) for p, r in zip(port, ring, strict=True)})
-
-
-def _cost(read: Float[np.ndarray, "P n"], wanted: Sequence[Float[np.ndarray, "P n"]]) -> float:
-    """Return the cost of readings of a ring, in the best order of its wires.
-
-    Args:
-        read: readings at P stops, m.
-        wanted: expected readings of the ring as proposed, and mounted the other way round, m.
-    """
-    silent = np.flatnonzero(~np.isfinite(read).any(axis=0))
-    tables = {bool(i): costs(read, one, _COARSE) for i, one in enumerate(wanted)}
-    order = best_order(tables, silent)
-    table, seat = tables[order.flipped], order.seat(read.shape[1])
-    wires = np.setdiff1d(np.arange(len(table)), silent)
-    return float(table[wires, seat[wires]].sum())
 
 
 def _distinct(owner: Mapping[int, int]) -> Ports:

@@ -5,21 +5,19 @@ which scenes use, turned by 180° about z (ros-industrial/universal_robot, issue
 are read off there stand on the other side of the robot.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
 
-from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from ...objectives.turned_cell import turned_obstacle
 from ..sensing.expected import expected
 from ..sensing.readings import Stops
-from .channel_assignment import SURE, best_order, costs
+from .channel_assignment import COARSE, SURE, costs, least_cost
 from .fit import fit_mount
+from .mounting_error_model import both_ways
 
-_COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors
 _FITS = 1.0  # mean cost of a reading, below which a cell explains the readings of fitted rings
 
 
@@ -47,32 +45,17 @@ def _cost(scene: Scene, setup: Setup, stops: Stops) -> float:
     """Return the cost of all readings in the best order of each ring's wires, mounted as
     proposed.
     """
-    total = 0.0
-    for ring, measured in _by_ring(setup, stops):
-        silent = np.flatnonzero(~np.isfinite(measured).any(axis=0))
-        tables = {}
-        for flipped, tilt in ((False, ring.tilt), (True, -ring.tilt)):
-            wanted = expected(scene, Setup((replace(ring, tilt=tilt),)), stops.joints).distance
-            tables[flipped] = costs(measured, wanted, _COARSE)
-        order = best_order(tables, silent)
-        wires = np.setdiff1d(np.arange(ring.count), silent)
-        seat = order.seat(ring.count)
-        total += float(tables[order.flipped][wires, seat[wires]].sum())
-    return total
+    wanted = [expected(scene, way, stops.joints).distance for way in both_ways(setup.rings)]
+    parts = setup.slices[: len(setup.rings)]
+    return sum(least_cost(stops.distance[:, k], [one[:, k] for one in wanted]) for k in parts)
 
 
 def _fitted_cost(scene: Scene, setup: Setup, stops: Stops) -> float:
     """Return the same for fitted rings; a ring that cannot be fitted is as proposed."""
     total, fits = 0.0, fit_mount(scene, setup, stops)
-    for fit, (_, measured) in zip(fits, _by_ring(setup, stops), strict=True):
+    for fit, k in zip(fits, setup.slices, strict=False):
         wanted = expected(scene, Setup((fit.ring,)), stops.joints).distance
-        table = costs(measured, wanted + fit.offset, _COARSE)
+        table = costs(stops.distance[:, k], wanted + fit.offset, COARSE)
         wires = np.setdiff1d(np.arange(fit.ring.count), fit.dead)
         total += float(table[wires, fit.seat[wires]].sum())
     return total
-
-
-def _by_ring(setup: Setup, stops: Stops) -> Iterator[tuple[Ring, Float[np.ndarray, "P n"]]]:
-    """Yield each ring with the readings of its wires at the stops, m."""
-    for ring, wires in zip(setup.rings, setup.slices, strict=False):
-        yield ring, stops.distance[:, wires]

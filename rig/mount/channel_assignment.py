@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
+COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors
 CAP = 25.0  # squares of standard deviations, of one reading
 MISSED = 9.0  # cost of a reading where none is expected, and of a missing one
 SURE = 40.0  # required advantage of another assignment: twice a log likelihood ratio
@@ -84,6 +85,22 @@ def best_order(
                 found[order] = float(table[wires, order.seat(n)[wires]].sum())
     best, meant = min(found, key=lambda o: found[o]), Order()
     return meant if found[meant] <= found[best] * (1 + _TIE) + SURE else best
+
+
+def least_cost(
+    measured: Float[np.ndarray, "P n"], wanted: Sequence[Float[np.ndarray, "P n"]]
+) -> float:
+    """Return the cost of the readings of a ring in the best order of its wires.
+
+    Args:
+        measured: readings of the wires at P stops, m.
+        wanted: expected readings of the ring as proposed, and mounted the other way round, m.
+    """
+    silent = np.flatnonzero(~np.isfinite(measured).any(axis=0))
+    tables = {bool(i): costs(measured, one, COARSE) for i, one in enumerate(wanted)}
+    order = best_order(tables, silent)
+    wires = np.setdiff1d(np.arange(measured.shape[1]), silent)
+    return float(tables[order.flipped][wires, order.seat(measured.shape[1])[wires]].sum())
 
 
 def reseated(

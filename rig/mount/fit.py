@@ -20,14 +20,13 @@ from ..sensing.expected import CELL, ROBOT, expected
 from ..sensing.noise import USUAL_NOISE
 from ..sensing.readings import BLOCKED, Stops
 from ..sensing.zone_targets import expected_zones
-from .channel_assignment import Order, best_order, costs, mixed, reseated
-from .mounting_error_model import NAMES, free, moved
+from .channel_assignment import COARSE, Order, best_order, costs, mixed, reseated
+from .mounting_error_model import NAMES, both_ways, free, moved
 from .ring_fit import RingFit
 from .solve import MountError, Read, Solved, solve
 from .zone_orders import grid_fit
 from .zone_turns import ZoneTurns, nearest_zones, turn_costs, zone_turns
 
-_COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors
 _FINE = 0.003  # m; the same for a fitted ring
 _SEATINGS = 3  # rounds of fitting errors and assigning seats
 _STILL = 6.0  # standard deviations; a sensor that varies less always reads the same
@@ -136,20 +135,18 @@ def _fit(scene: Scene, ring: Ring, measured: _Measured) -> RingFit:
     """Fit a ring, with the readings of its zones if there are some."""
     joints, distance, zones = measured.joints, measured.distance, measured.zones
     sigma = USUAL_NOISE.at(np.nan_to_num(distance)) * median_error(measured.valid)
-    none, turned = ~np.isfinite(distance).any(axis=0), replace(ring, tilt=-ring.tilt)
+    none, ways = ~np.isfinite(distance).any(axis=0), both_ways((ring,))
     tables = {
-        f: costs(
-            distance, expected(scene, Setup((turned if f else ring,)), joints).distance, _COARSE
-        )
-        for f in (False, True)
+        bool(i): costs(distance, expected(scene, way, joints).distance, COARSE)
+        for i, way in enumerate(ways)
     }
     by_zone = {
-        f: turn_costs(scene, turned if f else ring, zones, joints, 0.0)[1].min(axis=0)
-        for f in tables
+        bool(i): turn_costs(scene, way.rings[0], zones, joints, 0.0)[1].min(axis=0)
+        for i, way in enumerate(ways)
         if zones is not None
     }
     order = best_order(by_zone or tables, np.flatnonzero(none))
-    start, seat = turned if order.flipped else ring, order.seat(ring.count)
+    start, seat = ways[order.flipped].rings[0], order.seat(ring.count)
     each = tables[order.flipped][np.arange(ring.count), seat] / len(joints)
     same = _still(distance, sigma)
     silent = np.flatnonzero(none | (same & (each > _ASTRAY)))

@@ -2,6 +2,7 @@
 respect to them.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,6 +37,11 @@ def moved(scene: Scene, ring: Ring, values: Float[np.ndarray, " 4"]) -> Ring:
         tilt=ring.tilt + values[1],
         phase=ring.phase + values[2],
     )
+
+
+def both_ways(rings: Sequence[Ring]) -> tuple[Setup, Setup]:
+    """Return the rings as they are, and each mounted the other way round."""
+    return Setup(tuple(rings)), Setup(tuple(replace(r, tilt=-r.tilt) for r in rings))
 
 
 def slopes(

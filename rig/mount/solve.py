@@ -10,7 +10,9 @@ the residuals: noise above the model, or an inaccurate cell, widens it.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,12 +75,10 @@ def solve(scene: Scene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"])
     some, values = free(scene, ring), values.copy()
     for width in _WIDTHS:
         which = _counting(scene, ring, read, values)[0]
-        problem = _Problem(scene, ring, read, which, some, values, _FARTHEST * width)
+        residuals, derivatives = _problem(scene, ring, read, which, values, _FARTHEST * width)
         start = np.clip(values[some] / LIMITS[some], -0.99 * _WIDEST, 0.99 * _WIDEST)
         rules: Any = {"bounds": (-_WIDEST, _WIDEST), "xtol": 1e-3, "ftol": 1e-3, "max_nfev": 30}
-        found = least_squares(
-            problem.residuals, start, problem.slopes, loss="soft_l1", f_scale=width, **rules
-        )
+        found = least_squares(residuals, start, derivatives, loss="soft_l1", f_scale=width, **rules)
         values[some] = found.x * LIMITS[some]
     for _ in range(_STEPS):
         _, off, by = _counting(scene, ring, read, values, _OUT)
@@ -132,44 +132,27 @@ def _deviation(values: np.ndarray) -> float:
     return 1.4826 * float(np.median(np.abs(values))) if len(values) else 0.0
 
 
-class _Problem:
-    """Residuals and derivatives, in standard deviations, of the readings ``which`` by errors in
-    ``LIMITS``; the last evaluation is cached.
+def _problem(
+    scene: Scene,
+    ring: Ring,
+    read: Read,
+    which: Bool[np.ndarray, "P n"],
+    values: Float[np.ndarray, " 4"],
+    most: float,
+) -> tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], np.ndarray]]:
+    """Return the residuals and their derivatives, in standard deviations, of the readings ``which``
+    as functions of the free errors in ``LIMITS``; residuals end at ``most``.
     """
+    wanted, sigma, some = read.distance[which], read.sigma[which], free(scene, ring)
 
-    def __init__(
-        self,
-        scene: Scene,
-        ring: Ring,
-        read: Read,
-        which: np.ndarray,
-        some: np.ndarray,
-        values: np.ndarray,
-        most: float,
-    ):
-        self.scene, self.ring, self.read, self.which, self.some = scene, ring, read, which, some
-        self.fixed, self.most = values.copy(), most
-        self.wanted, self.sigma = read.distance[which], read.sigma[which]
-        self._at: np.ndarray | None = None
+    @lru_cache(1)  # the derivatives are asked for where the residuals were
+    def at(x: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+        errors = values.copy()
+        errors[some] = np.array(x) * LIMITS[some]
+        distance, by = slopes(scene, moved(scene, ring, errors), read.joints, which)
+        off = (distance + errors[3] - wanted) / sigma
+        counts = (np.abs(off) < most) & ~grazing(by)
+        slope = np.where(counts[:, None], (by * LIMITS)[:, some] / sigma[:, None], 0.0)
+        return np.clip(off, -most, most), slope
 
-    def _look(self, x: np.ndarray) -> None:
-        if self._at is None or not np.array_equal(x, self._at):
-            self.fixed[self.some] = x * LIMITS[self.some]
-            found, by = slopes(
-                self.scene, moved(self.scene, self.ring, self.fixed), self.read.joints, self.which
-            )
-            off = (found + self.fixed[3] - self.wanted) / self.sigma
-            self._residuals: np.ndarray = np.clip(off, -self.most, self.most)
-            told = (np.abs(off) < self.most) & ~grazing(by)
-            self._slopes = np.where(
-                told[:, None], (by * LIMITS)[:, self.some] / self.sigma[:, None], 0.0
-            )
-            self._at = x.copy()
-
-    def residuals(self, x: np.ndarray) -> np.ndarray:
-        self._look(x)
-        return self._residuals
-
-    def slopes(self, x: np.ndarray) -> np.ndarray:
-        self._look(x)
-        return self._slopes
+    return lambda x: at(tuple(x))[0], lambda x: at(tuple(x))[1]
