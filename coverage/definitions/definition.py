@@ -13,7 +13,8 @@ limits, and its unit in files where that differs; the docstring under it is its 
 
 A file may also state a value through others: ``_of_table`` turns the keys that a file states into
 those of the fields, and ``_as_table`` those of the fields into what is written. The keys of a field
-that is ``INLINE``, itself a definition, stand among those of the table.
+that is ``INLINE``, itself a definition, stand among those of the table; a table does not state a
+field that is ``ELSEWHERE``.
 
 Values are never converted: a text is no number, and 1.0 is no integer. Rules between fields stand
 in ``__post_init__``, which calls ``refuse``. A wrong argument raises an ``InputError`` in the terms
@@ -132,7 +133,8 @@ def _schema_of_table(keys: dict[str, str], cls: type, source: Any, handler: Any)
     node["strict"] = False  # the class alone; its fields stay strict
     inline = inline_in(cls)
     of_table, as_table = (getattr(cls, name, None) for name in ("_of_table", "_as_table"))
-    if not (keys or inline or of_table or as_table):
+    elsewhere = _elsewhere(cls)
+    if not (keys or inline or elsewhere or of_table or as_table):
         return inner
     names, of_files = {name for name, key in keys.items() if key != name}, set(keys.values())
 
@@ -140,6 +142,12 @@ def _schema_of_table(keys: dict[str, str], cls: type, source: Any, handler: Any)
         if not isinstance(value, dict) or isinstance(value, _Marked):
             return value
         refuse(((name,), value[name], f"the key {keys[name]}") for name in names & value.keys())
+        if unknown := [
+            InitErrorDetails(type="extra_forbidden", loc=(name,), input=value[name])
+            for name in value
+            if name in elsewhere
+        ]:
+            raise ValidationError.from_exception_data("file", unknown)
         table = {key: in_file(v) if key in of_files else v for key, v in value.items()}
         for name, kind in inline.items():
             if name in table:
@@ -169,6 +177,11 @@ def _schema_of_table(keys: dict[str, str], cls: type, source: Any, handler: Any)
     )
 
 
+def _elsewhere(cls: Any) -> list[str]:
+    """Return the fields of a definition that its table does not state."""
+    return [name for name, field in cls.__pydantic_fields__.items() if field.exclude]
+
+
 def fields_of(cls: Any) -> tuple[str, ...]:
     """Return the names of the fields of a definition."""
     return tuple(field.name for field in dataclasses.fields(cls))
@@ -178,6 +191,8 @@ def _with_help(keys: dict[str, str], cls: type, schema: Any, handler: Any) -> An
     """Return the JSON Schema of a definition, with the docstrings of fields as descriptions."""
     whole = handler(schema)
     table = handler.resolve_ref_schema(whole)
+    for name in _elsewhere(cls):
+        table["properties"].pop(name, None)
     for name, kind in inline_in(cls).items():
         if table["properties"].pop(name, None) is None:
             continue  # a table that stands in several places is visited for each
@@ -194,6 +209,8 @@ def _with_help(keys: dict[str, str], cls: type, schema: Any, handler: Any) -> An
         default = cls.__pydantic_fields__[name].default  # type: ignore[attr-defined]
         if isinstance(default, int | float):
             table["properties"][keys[name]]["default"] = unit.to_file(default)
+        if isinstance(default, tuple):
+            table["properties"][keys[name]]["default"] = [unit.to_file(item) for item in default]
     for part in table["properties"].values():
         _limit_items(part)
     return whole

@@ -46,7 +46,7 @@ class FileUnit:
                 checked(self.to_file(value))
             except OverflowError:  # an integer beyond all floats
                 checked(math.inf if value > 0 else -math.inf)  # raises
-            return value
+            return value if source is int else float(value)
 
         return core_schema.no_info_wrap_validator_function(
             read,
@@ -71,7 +71,11 @@ def degrees(angle: float) -> float:
 
 def Key(key: str, **limits: float) -> FileUnit:
     """Return the annotation of a number that files state under another key, in the same unit."""
-    return FileUnit(key, float, float, limits)
+    return FileUnit(key, _same, _same, limits)
+
+
+def _same(value: float) -> float:
+    return value
 
 
 def Degrees(
@@ -129,6 +133,10 @@ def text_in_file(key: str, text: str) -> str:
 
 INLINE = "in line"
 """Annotation of a field whose own keys stand in a file among those of the table."""
+
+
+ELSEWHERE = Field(exclude=True)
+"""Annotation of a field that the table of its class in a file does not state."""
 
 
 def inline_in(cls: type) -> dict[str, Any]:

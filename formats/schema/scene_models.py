@@ -5,6 +5,7 @@ the JSON Schema and the text of errors.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -33,6 +34,7 @@ from ...coverage.targets.posed_robot import Shape
 from ...coverage.targets.target import Target
 from ...objectives.link_limits import LinkLimits
 from ...objectives.motion_limits import Motion
+from ...objectives.mount_rules import Limits, Rules
 from ...objectives.poses import Pose, Recorded
 from ...objectives.prices import Prices
 from ...objectives.scene import REFERENCE_POSE_DEG, Scene
@@ -43,7 +45,6 @@ from .calibration_models import CalibrationModel
 from .field_types import RingRadius
 from .mapping import MappedModel
 from .motion_models import PoseModel
-from .mount_models import MountModel, RulesModel
 from .mounted_sensor_models import (
     CellSensorModel,
     MountedSensorModel,
@@ -98,7 +99,7 @@ class SceneModel(MappedModel[Scene]):
     )
     sensor: Sensor = Field(default=Sensor(), description="sensor of the rings")
     curve: Shape = Field(default=Shape(), description="pose curve and the volumes about it")
-    mounts: dict[str, MountModel] = Field(default={}, description="limits of rings by link")
+    mounts: dict[str, Limits] = Field(default={}, description="limits of rings by link")
     poses: list[PoseModel] = Field(
         default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))],
         min_length=1,
@@ -126,7 +127,7 @@ class SceneModel(MappedModel[Scene]):
     )
     motion: Motion = Field(default=Motion(), description="limits of motion for check --move")
     link: LinkLimits = Field(default=LinkLimits(), description="limits of the links of check")
-    rules: RulesModel = Field(default=RulesModel(), description="rules that make a setup buildable")
+    rules: Rules = Field(default=Rules(), description="rules that make a setup buildable")
     printing: Printing = Field(default=Printing(), description="parameters of printed rings")
     electronics: Electronics = Field(default=Electronics(), description="electronics of the rings")
     prices: Prices | None = Field(
@@ -169,23 +170,26 @@ class SceneModel(MappedModel[Scene]):
     def _only_a_name(cls, found: Any) -> Any:
         return {"file": found} if isinstance(found, str) else found
 
-    @model_validator(mode="after")
-    def _agreeing(self) -> Self:
+    @model_validator(mode="wrap")
+    @classmethod
+    def _agreeing(cls, keys: Any, read: Any) -> Any:
+        self = read(keys)
         robot = robot_of(self.robot)
         if "poses" not in self.model_fields_set and self.robot not in PAPER_ROBOTS:
             rest = PoseModel.from_domain(Pose(robot.rest), chain=robot.chain)
             self.__dict__["poses"] = [rest]  # the model is frozen
         if not robot.bodies:
-            self._without_bodies()
+            rules = keys.get("rules", {}) if isinstance(keys, dict) else self.rules
+            self._without_bodies(isinstance(rules, Rules) or "mount" in rules)
         refuse([*self._pose_faults(robot), *self._robot_faults(robot), *self._choice_faults(robot)])
         return self
 
-    def _without_bodies(self) -> None:
+    def _without_bodies(self, mount_stated: bool) -> None:
         """Put in place of the defaults those that a robot without bodies allows."""
         if "occlusion" not in self.model_fields_set:
             self.__dict__["occlusion"] = "ignore"
-        if "mount" not in self.rules.model_fields_set:
-            self.__dict__["rules"] = self.rules.model_copy(update={"mount": "free"})
+        if not mount_stated:
+            self.__dict__["rules"] = replace(self.rules, mount="free")
 
     def _pose_faults(self, robot: Robot) -> Iterator[Fault]:
         """Yield poses with other joints than the robot's, or beyond their limits."""
@@ -267,7 +271,8 @@ class SceneModel(MappedModel[Scene]):
             poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
             ring_radius=radius,
             radius_stated=self.ring_radius is not None,
-            rules=self.rules.to_domain(
+            rules=replace(
+                self.rules,
                 fixed=setup_of(self.fixed, sensor, radius).rings,
                 fixed_sensors=singles_of(self.fixed_sensors, sensor),
             ),

@@ -577,8 +577,8 @@ def test_a_former_name_of_an_argument_means_the_same(old, new, call):
 WRONG = {
     "rules.spacing": lambda x: {"rules": pr.Rules(spacing=-x)},
     "rules.sensors": lambda x: {"rules": pr.Rules(sensors=(int(9 + x), 3))},
-    "mounts.tilt": lambda x: {"mounts": {"forearm": pr.Limits(tilt=(-10 * x, 0.1))}},
-    "mounts.position": lambda x: {"mounts": {"forearm": pr.Limits(position=(0.0, 1 + x))}},
+    "limits.tilt": lambda x: {"mounts": {"forearm": pr.Limits(tilt=(-10 * x, 0.1))}},
+    "limits.position": lambda x: {"mounts": {"forearm": pr.Limits(position=(0.0, 1 + x))}},
     "safety.human": lambda x: {"safety": pr.Safety(human=-x)},
     "poses[1].q[0]": lambda x: {"poses": [[0.0] * 6, [30.0 + x] + [0.0] * 5]},
     "ring_radius": lambda x: {"ring_radius": -x},
