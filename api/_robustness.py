@@ -1,5 +1,6 @@
 """Robustness of a setup's coverage against failures and mounting errors."""
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -9,11 +10,9 @@ from ._placement import Placement
 from ._scene import Scene
 from ._validation import SetupCall, check_scene, resolve_setup
 from .coverage.rings.ring import Setup
-from .formats.schema.robustness_models import RobustnessResult
 from .objectives.options import RobustnessOptions
-from .objectives.redundancy import Redundancy
+from .objectives.robustness import Robustness
 from .objectives.robustness import robustness as counted
-from .objectives.tolerance import Tolerance
 from .objectives.verify import Verifier
 
 
@@ -25,30 +24,27 @@ class RobustnessReport(Placement):
     """The rings."""
     scene: Scene
     """Scene of the counts."""
-    redundancy: tuple[Redundancy, ...]
-    """For each target: shares in [0, 1] that at least 1, 2, ... sensors cover, and ζ without each
-    ring or sensor."""
-    tolerance: tuple[Tolerance, ...]
-    """For each target: ζ in [0, 1] for each draw of mounting errors."""
+    records: tuple[Robustness, ...]
+    """Record of each target, as ``place-rings robustness --json`` prints it, in shares."""
     name: str = "setup"
     """Name of the setup."""
 
-    @property
-    def records(self) -> tuple[RobustnessResult, ...]:
-        """Records that ``place-rings robustness --json`` prints, one for each target, percent."""
-        pairs = zip(self.redundancy, self.tolerance, strict=True)
-        return tuple(RobustnessResult.of(self.name, self.setup, sure, off) for sure, off in pairs)
+    def __getattr__(self, name: str) -> tuple[Robustness, ...]:
+        """Return the records by one of their former names."""
+        if name not in ("redundancy", "tolerance"):
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        warnings.warn(f"{name} is now part of records", DeprecationWarning, stacklevel=2)
+        return self.records
 
     def captions(self) -> list[str]:
-        return [f"{r.target}: {100 * r.zeta:.1f} % covered" for r in self.redundancy]
+        return [f"{r.target}: {100 * r.zeta:.1f} % covered" for r in self.records]
 
     def rows(self) -> Iterable[Sequence[str]]:
         from .reporting.robustness import robustness_rows
 
-        records = list(self.records)
-        for r in self.redundancy:
+        for r in self.records:
             yield "target", str(r.target)
-        for name, *values in robustness_rows(records):
+        for name, *values in robustness_rows(self.records):
             yield name, ", ".join(f"{value} %" for value in values)
 
 
@@ -67,7 +63,7 @@ def robustness(call: RobustnessCall) -> RobustnessReport:
     Setups share random draws for a given seed.
 
     Returns:
-        Redundancy and tolerance for each target.
+        Redundancy and tolerance for each target, in ``records``.
 
     Raises:
         InputError: as in ``verify``, or for a value out of range.
@@ -75,7 +71,7 @@ def robustness(call: RobustnessCall) -> RobustnessReport:
     Example:
         >>> import place_rings as pr
         >>> report = pr.robustness("n1_8_0", pr.Scene(targets=[pr.Shell(0.5)]), draws=3, voxel=0.05)
-        >>> report.redundancy[0].worst_ring.zeta < report.redundancy[0].zeta
+        >>> report.records[0].worst_ring.zeta < report.records[0].zeta
         True
     """
     name, placed, core = resolve_setup(call.setup, call.scene)
@@ -91,7 +87,5 @@ def robustness(call: RobustnessCall) -> RobustnessReport:
 
     tell()
     with input_errors():
-        each = counted(verifier, placed, call, tell)
-    sure = tuple(one.redundancy for one in each)
-    off = tuple(one.tolerance for one in each)
-    return RobustnessReport(placed, Scene.of(core), sure, off, name)
+        records = counted(verifier, name, placed, call, tell)
+    return RobustnessReport(placed, Scene.of(core), records, name)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..coverage.choices import Losing
-from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, draw_errors
+from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, Mountings, draw_errors
 from ..coverage.rings.ring import Setup
 from .redundancy import redundancy
 from .scene import Scene
@@ -57,6 +57,13 @@ class Criterion:
     def plain(self) -> bool:
         """Whether the criterion is zeta itself."""
         return self.seen == 1 and self.errors is None and self.losing is None
+
+    @property
+    def mountings_drawn(self) -> Mountings | None:
+        """The drawn mountings, as files state them; None without errors."""
+        if self.errors is None:
+            return None
+        return Mountings(**vars(self.errors), draws=self.draws, seed=self.seed)
 
     @property
     def mountings(self) -> int:

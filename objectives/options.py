@@ -1,6 +1,7 @@
 """The options of counts, reports and simulations: defined once, for Python and the command."""
 
 from dataclasses import dataclass
+from math import radians
 from typing import TYPE_CHECKING, Annotated
 
 from ..coverage.choices import Law, Rule
@@ -8,7 +9,7 @@ from ..coverage.definitions.errors import InputError
 from ..coverage.definitions.options import Draws, Number, Options, Seed, Voxel, Whole
 
 if TYPE_CHECKING:
-    from ..coverage.rings.mounting_errors import MountingErrors
+    from ..coverage.rings.mounting_errors import Mountings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,11 +72,12 @@ class RobustnessOptions(Options):
     """Edge length in metres of the small cubes (voxels) in which coverage is counted."""
 
     @property
-    def errors(self) -> "MountingErrors":
-        """Distribution of the mounting errors."""
-        from ..coverage.rings.mounting_errors import MountingErrors
+    def mountings(self) -> "Mountings":
+        """The mountings to draw."""
+        from ..coverage.rings.mounting_errors import Mountings
 
-        return MountingErrors.of(self.position_error_mm, self.direction_error_deg, self.law)
+        position, direction = self.position_error_mm / 1000, radians(self.direction_error_deg)
+        return Mountings(position, direction, self.law, self.draws, self.seed)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,96 +1,67 @@
 """Redundancy of a setup: k-coverage, and coverage after the loss of a sensor or ring."""
 
-import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from typing import Annotated
 
 import numpy as np
-from jaxtyping import Float, Int
 
+from ..coverage.definitions.definition import definition
+from ..coverage.definitions.field_types import Items, Metres
+from ..coverage.definitions.units import Covered
 from ..coverage.rings.ring import Setup
 from ..coverage.targets.target import Target
 from ..coverage.voxels.k_coverage import CoverageCounts, tally
 from .occlusion import setup_sight
-from .verified import weighted_mean
+from .verified import OfTarget, TargetName, Zeta, weighted_mean
 from .verify import Verifier
 
 MOST = 3  # default maximum number of sensors that are counted at a point
 
 
-@dataclass(frozen=True)
+@definition(kw_only=True)
 class Loss:
-    """The effect of a failure."""
+    """Coverage after the loss of a ring or a sensor."""
 
-    index: int
-    """Index of the sensor or ring that fails."""
-    zeta: float
-    """Zeta in [0, 1] without it."""
+    ring: int
+    """Number of the ring, counted from 0; single sensors follow the rings."""
+    link: str
+    """Link of the ring or single sensor."""
+    sensor: int | None = None
+    """Number of the sensor on its ring, counted from 0."""
+    single: str = ""
+    """Name of a single sensor; empty for a ring and its sensors."""
+    zeta: Zeta
+    """Coverage without it."""
 
 
-@dataclass(frozen=True)
-class Redundancy:
+@definition(kw_only=True)
+class Redundancy(OfTarget):
     """Redundancy for one target, counted at one point in each voxel.
 
     Shares are weighted means over poses. A failed sensor is lost in all poses, so each loss is
-    averaged over the poses before the worst is taken.
+    averaged over the poses before the worst is taken. Sensors of the cell are not lost.
     """
 
-    target: Target
-    """The target volume."""
-    voxel: float
+    setup: str = ""
+    """Name or file of the setup."""
+    target: TargetName
+    """The target volume; from a file, its name."""
+    radius: float | None = None
+    """Radius of V_S or V_N, m."""
+    voxel: Metres
     """Side of the voxels, m."""
-    weights: Float[np.ndarray, " P"]
-    """Weights of the poses, summing to 1."""
-    target_voxels: Int[np.ndarray, " P"]
-    """Voxels of the target at each pose, by their weights under a weight field."""
-    tallies: tuple[CoverageCounts, ...]
-    """Coverage counts at each pose."""
-    sensors: int
-    """Number of the setup's sensors; those of the cell, which are not lost, follow them."""
-    groups: int
-    """Number of the setup's rings and single sensors."""
-    seconds: float
-    """Computation time, s."""
-
-    def _mean(self, voxels: Callable[[CoverageCounts], np.ndarray]) -> np.ndarray:
-        each = np.stack([voxels(t) for t in self.tallies]) / self.target_voxels[:, None]
-        return np.array([weighted_mean(self.weights, column) for column in each.T])
-
-    @cached_property
-    def zetas(self) -> Float[np.ndarray, " N"]:
-        """Zeta_1 to zeta_N: the share that at least k sensors see, for k = 1 to N."""
-        return self._mean(lambda t: t.at_least)
-
-    @property
-    def zeta(self) -> float:
-        """The share that at least one sensor sees."""
-        return float(self.zetas[0])
-
-    @cached_property
-    def without_sensor(self) -> Float[np.ndarray, " K"]:
-        """Zeta after the loss of each sensor of the setup."""
-        return (self.zeta - self._mean(lambda t: t.alone))[: self.sensors]
-
-    @cached_property
-    def without_ring(self) -> Float[np.ndarray, " R"]:
-        """Zeta after the loss of each ring or single sensor of the setup."""
-        return (self.zeta - self._mean(lambda t: t.alone_group))[: self.groups]
-
-    @property
-    def worst_sensor(self) -> Loss:
-        """The sensor whose loss costs most, and zeta without it."""
-        return _worst(self.without_sensor)
-
-    @property
-    def worst_ring(self) -> Loss:
-        """The ring whose loss costs most, and zeta without it."""
-        return _worst(self.without_ring)
-
-
-def _worst(zetas: np.ndarray) -> Loss:
-    index = int(np.argmin(zetas))
-    return Loss(index, max(float(zetas[index]), 0.0))
+    zeta: Zeta
+    """Coverage."""
+    seen: Items[Annotated[float, Covered("seen_percent")]]
+    """Shares that at least 1, 2, ... sensors see."""
+    worst_sensor: Loss
+    """Sensor whose loss costs most."""
+    worst_ring: Loss
+    """Ring whose loss costs most."""
+    without_sensor: Items[Annotated[float, Covered("without_sensor_percent")]]
+    """Coverage without each sensor."""
+    without_ring: Items[Annotated[float, Covered("without_ring_percent")]]
+    """Coverage without each ring."""
 
 
 def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOST) -> Redundancy:
@@ -104,21 +75,14 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
         TooFineError: if the count would take days.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
-    began, scene, ring, voxel = (
-        time.perf_counter(),
-        verifier.scene,
-        verifier.scene.with_cell(setup).ring_of_sensor,
-        verifier.point_voxel,
-    )
+    scene, sampled = verifier.scene, verifier.points == "sampled"
+    ring = scene.with_cell(setup).ring_of_sensor
     voxels, tallies = [], []
     for p, pose in enumerate(scene.poses):
         seen = setup_sight(scene, setup, pose.q)
         sizes, parts = zip(
             *(
-                (
-                    weight * len(wanted),
-                    tally(seen, ring, wanted, most, region, verifier.points == "sampled") * weight,
-                )
+                (weight * len(wanted), tally(seen, ring, wanted, most, region, sampled) * weight)
                 for piece, region in verifier.pieces(target, p)
                 for weight, wanted in verifier.layers(target, p, piece, region)
             ),
@@ -126,13 +90,30 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
         )
         voxels.append(sum(sizes))
         tallies.append(sum(parts[1:], parts[0]))
+
+    def mean(counts: Callable[[CoverageCounts], np.ndarray]) -> np.ndarray:
+        shares = np.stack([counts(t) for t in tallies]) / np.array(voxels)[:, None]
+        return np.array([weighted_mean(scene.pose_weights, column) for column in shares.T])
+
+    zetas = mean(lambda t: t.at_least)
+    without_sensor = (zetas[0] - mean(lambda t: t.alone))[: setup.sensors]
+    without_ring = (zetas[0] - mean(lambda t: t.alone_group))[: len(setup.groups)]
+
+    def loss(zetas: np.ndarray, group: int, sensor: int | None = None) -> Loss:
+        single = setup.group_name(group) if group >= len(setup.rings) else ""
+        zeta, link = max(float(zetas.min()), 0.0), setup.groups[group].link
+        return Loss(ring=group, link=link, sensor=sensor, single=single, zeta=zeta)
+
+    lost = int(np.argmin(without_sensor))
+    on = int(setup.ring_of_sensor[lost])
+    first = sum(group.count for group in setup.groups[:on])
     return Redundancy(
-        target,
-        voxel,
-        scene.pose_weights,
-        np.array(voxels),
-        tuple(tallies),
-        setup.sensors,
-        len(setup.groups),
-        time.perf_counter() - began,
+        target=target,
+        voxel=verifier.point_voxel,
+        zeta=zetas[0],
+        seen=zetas,
+        worst_sensor=loss(without_sensor, on, lost - first),
+        worst_ring=loss(without_ring, int(np.argmin(without_ring))),
+        without_sensor=without_sensor,
+        without_ring=without_ring,
     )

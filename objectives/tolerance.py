@@ -4,15 +4,12 @@ Every drawn mounting is counted exactly. All are counted on the same voxels with
 numbers (see ``draw_errors``).
 """
 
-import math
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, draw_errors, misplaced_cones
+from ..coverage.rings.mounting_errors import Misplaced, Mountings, draw_errors, misplaced_cones
 from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Parts
 from ..coverage.targets.target import Target
@@ -21,52 +18,6 @@ from ..coverage.voxels.octree import count
 from .occlusion import setup_sight, sight
 from .verified import weighted_mean
 from .verify import Verifier
-
-DRAWS = 100  # default number of mountings
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """Zeta of one target under mounting errors."""
-
-    target: Target
-    """The target volume."""
-    voxel: float
-    """Side of the voxels, m."""
-    errors: MountingErrors
-    """Distribution and limits of the errors."""
-    seed: int
-    """Random seed of the draws."""
-    nominal: float
-    """Zeta in [0, 1] of the setup as designed."""
-    zetas: Float[np.ndarray, " D"]
-    """Zeta in [0, 1] of each drawn mounting."""
-    seconds: float
-    """Computation time, s."""
-
-    @property
-    def mean(self) -> float:
-        """Mean over the mountings."""
-        return math.fsum(self.zetas) / len(self.zetas)
-
-    @property
-    def mean_error(self) -> float:
-        """Standard error of the mean, from the spread of the draws; infinite for one draw."""
-        return (
-            float(np.std(self.zetas, ddof=1) / math.sqrt(len(self.zetas)))
-            if len(self.zetas) > 1
-            else math.inf
-        )
-
-    @property
-    def fifth_percentile(self) -> float:
-        """The 5th percentile of zeta over the mountings, with linear interpolation."""
-        return float(np.percentile(self.zetas, 5))
-
-    @property
-    def worst(self) -> float:
-        """The smallest zeta of the draws."""
-        return float(self.zetas.min())
 
 
 def exact_zetas(
@@ -142,40 +93,20 @@ def tolerance(
     verifier: Verifier,
     setup: Setup,
     target: Target,
-    errors: MountingErrors | None = None,
-    draws: int = DRAWS,
-    seed: int = 0,
+    errors: Mountings,
     tell: Callable[[], None] = lambda: None,
-) -> Tolerance:
-    """Return zeta of ``setup`` for ``target`` under drawn mounting errors, counted exactly.
+) -> Float[np.ndarray, " D"]:
+    """Return zeta of ``setup`` for ``target`` under each drawn mounting, counted exactly.
 
     Args:
         verifier: scene, voxels and memory; its rule must be ``sampled`` or ``centre``.
         setup: the setup as designed.
         target: the target volume.
-        errors: distribution and limits of the errors.
-        draws: number of mountings to draw.
-        seed: random seed.
+        errors: the mountings to draw.
         tell: called after each count, for progress.
 
     Raises:
-        ValueError: if the target is empty, ``draws`` is below 1, or the rule is ``touch`` or
-            ``certified``.
-        TooFineError: if the count would take days.
-        BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
+        ValueError, TooFineError, BodilessError: see ``exact_zetas``.
     """
-    if draws < 1:
-        raise ValueError(f"draws must be at least 1, got {draws}")
-    began, errors = time.perf_counter(), errors or MountingErrors()
-    (nominal,) = exact_zetas(verifier, target, nominal_cones(verifier, setup))
-    drawn = draw_errors(len(setup.groups), setup.sensors, errors, draws, seed)
-    zetas = exact_zetas(verifier, target, mounted_cones(verifier, setup, drawn), tell=tell)
-    return Tolerance(
-        target,
-        verifier.point_voxel,
-        errors,
-        seed,
-        float(nominal),
-        zetas,
-        time.perf_counter() - began,
-    )
+    drawn = draw_errors(len(setup.groups), setup.sensors, errors, errors.draws, errors.seed)
+    return exact_zetas(verifier, target, mounted_cones(verifier, setup, drawn), tell=tell)

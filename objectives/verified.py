@@ -183,8 +183,24 @@ TargetName = Annotated[
 """A target; its name in files, from which it is not read back."""
 
 
+class OfTarget:
+    """A record of a target: ``radius`` is its own."""
+
+    target: Any
+    radius: float | None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.target, Target):
+            object.__setattr__(self, "radius", self.target.key[1])
+
+    @property
+    def key(self) -> tuple[str, float | None]:
+        """Name and radius of the target, as ``Target.key``."""
+        return self.target.key if isinstance(self.target, Target) else (self.target, self.radius)
+
+
 @definition(kw_only=True)
-class Verified(WithInterval):
+class Verified(WithInterval, OfTarget):
     """Coverage of a target by a setup, counted or certified, over all poses. A proposal with many
     poses omits ``poses``."""
 
@@ -255,14 +271,8 @@ class Verified(WithInterval):
     """Duration of the count, s."""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        if isinstance(self.target, Target):
-            object.__setattr__(self, "radius", self.target.key[1])
-
-    @property
-    def key(self) -> tuple[str, float | None]:
-        """Name and radius of the target, as ``Target.key``."""
-        return self.target.key if isinstance(self.target, Target) else (self.target, self.radius)
+        WithInterval.__post_init__(self)
+        OfTarget.__post_init__(self)
 
     def __getattr__(self, name: str) -> Any:
         """Return the value of a key in percent, as records had it by the key's name before."""

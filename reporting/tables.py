@@ -8,8 +8,7 @@ from types import MappingProxyType
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
-from ..formats.schema.robustness_models import RobustnessResult
-from ..objectives.robustness import RingSensitivity
+from ..objectives.robustness import RingSensitivity, Robustness
 from ..objectives.verified import IntervalProof, LowestPose, PoseZeta, Verified
 from .explained import Explained
 from .text import counted, coverage_caption, with_error
@@ -52,7 +51,7 @@ def ring_table(
     return Explained.of(title, heads, rows, below, left=("link",))
 
 
-def target_label(result: Verified | RobustnessResult) -> str:
+def target_label(result: Verified | Robustness) -> str:
     """Return a target's label: ``V_S(0.5)`` or ``V_OT``."""
     name, radius = result.key
     return name if radius is None else f"{name}({radius:g})"
@@ -103,7 +102,7 @@ _TARGETS = {
 }
 
 
-def target_legend(results: Sequence[Verified | RobustnessResult]) -> str:
+def target_legend(results: Sequence[Verified | Robustness]) -> str:
     """Return a sentence that explains the targets of the results."""
     names = {r.key[0] for r in results}
     lines = [text for name, text in _TARGETS.items() if name in names]

@@ -3,6 +3,7 @@
 from place_rings._robustness import robustness as assess
 from place_rings._validation import ResolvedSetup
 
+from ...coverage.definitions.definition import json_of
 from ...objectives.options import RobustnessOptions
 from ...reporting.robustness import lines, robustness_table
 from ...reporting.tables import target_label
@@ -25,7 +26,7 @@ def robustness(subject: ResolvedSetup, options: RobustnessOptions, as_json: bool
         report = assess(subject, progress=tell, **vars(options))
     results = list(report.records)
     if as_json:
-        records = [r.model_dump_json(indent=2) for r in results]
+        records = [json_of(r) for r in results]
         say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
     console = Terminal()

@@ -9,13 +9,16 @@ same errors in every pose.
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import Field
 
 from ..arrays import Array, cross, dot, namespace
 from ..choices import Law
+from ..definitions.definition import definition
+from ..definitions.units import Degrees, Millimetres
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
 from ..solids.cones import Cones
@@ -23,17 +26,13 @@ from .ring import Setup, ring_values
 from .ring_kinematics import RingArrays, SensorPoses, ring_arrays, seen_from, sensor_poses
 
 
-@dataclass(frozen=True)
+@definition
 class MountingErrors:
-    """The size of mounting errors.
+    """The size of mounting errors."""
 
-    Raises:
-        ValueError: if an error is negative, not finite, or too large for any mount.
-    """
-
-    position: float = 0.005
+    position: Annotated[float, Millimetres("position_mm", 9, ge=0, le=1000)] = 0.005
     """Error along the mount axis, m."""
-    direction: float = math.radians(2.0)
+    direction: Annotated[float, Degrees("direction_deg", ge=0, le=45)] = math.radians(2.0)
     """Error of each of a ring's three rotations and of each of a sensor's two, rad."""
     law: Law = "uniform"
     """``uniform``: up to these limits either way. ``normal``: with half of them as standard
@@ -44,13 +43,15 @@ class MountingErrors:
         """Return the errors of limits in mm and degrees."""
         return MountingErrors(position_mm / 1000, math.radians(direction_deg), law)
 
-    def __post_init__(self) -> None:
-        for key, value, most in (
-            ("position", self.position, 1.0),
-            ("direction", self.direction, math.pi / 4),
-        ):
-            if not 0 <= value <= most:
-                raise ValueError(f"{key} error must be between 0 and {most:.3g}, got {value:g}")
+
+@definition
+class Mountings(MountingErrors):
+    """Random mountings within errors."""
+
+    draws: Annotated[int, Field(ge=1, le=100_000)] = 100
+    """Number of mountings."""
+    seed: Annotated[int, Field(ge=0)] = 0
+    """Random seed of the mountings."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ MODELS = {
     "layout": ("layout_models", "LayoutFile"),
     "proposal": ("proposal_models", "ProposalFile"),
     "verify": ("..objectives.verified", "Verified"),
-    "robustness": ("robustness_models", "RobustnessResult"),
+    "robustness": ("..objectives.robustness", "Robustness"),
     "result": ("proposal_models", "SearchFile"),
     "improve": ("redesign_models", "ImproveResult"),
     "safety": ("separation_models", "SafetyResult"),

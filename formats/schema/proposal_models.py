@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ...coverage.definitions.definition import refuse
+from ...coverage.rings.mounting_errors import Mountings
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.sensor_records import SensorRecord
 from ...coverage.robots.base_frame import must_turn
@@ -24,7 +25,6 @@ from .mounted_sensor_models import MountedSensorModel, single_faults, single_mod
 from .price_models import PriceModel
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import robot_of
-from .robustness_models import ErrorsModel
 from .scene_models import SceneModel
 from .versions import VersionedFile
 
@@ -71,9 +71,7 @@ class FoundModel(StrictModel):
     losing: Literal["ring", "sensor"] | None = Field(
         default=None, description="part whose worst loss the criterion assumes"
     )
-    tolerant: ErrorsModel | None = Field(
-        default=None, description="mounting errors in the criterion"
-    )
+    tolerant: Mountings | None = Field(default=None, description="mounting errors in the criterion")
     bound_percent: Percent | None = Field(
         default=None,
         description="upper bound of the criterion for every layout of the same budget, percent",
@@ -116,7 +114,7 @@ class FoundModel(StrictModel):
             versions=dict(versions),
             redundancy=criterion.seen,
             losing=criterion.losing,
-            tolerant=ErrorsModel.of(criterion),
+            tolerant=criterion.mountings_drawn,
         )
 
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import FoundModel
-from ...formats.schema.robustness_models import RobustnessResult
 from ...formats.schema.written_models import RequirementModel
 from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.calibration_effect import calibration_effect
@@ -15,7 +14,7 @@ from ...objectives.feasibility.mounting import Fault
 from ...objectives.feasibility.violations import faults
 from ...objectives.options import ReportOptions, RobustnessOptions
 from ...objectives.pose_subset import MANY, representative
-from ...objectives.robustness import RingSensitivity, robustness
+from ...objectives.robustness import RingSensitivity, Robustness, robustness
 from ...objectives.scene import Scene
 from ...objectives.verified import CalibrationEffect, Verified
 from ...objectives.verify import Verifier
@@ -44,7 +43,7 @@ class Facts:
     """Number of sensors of each setup, by name."""
     zetas: list[Verified]
     """ζ of the setup, which comes first, and of the paper's layouts."""
-    robust: list[RobustnessResult]
+    robust: tuple[Robustness, ...]
     """Redundancy and tolerance for each goal."""
     robust_poses: int
     """Number of poses over which ``robust`` is computed."""
@@ -117,8 +116,8 @@ def gather(
     errors = RobustnessOptions(k=_SEEN, draws=draws, seed=options.seed)
     with ProgressBar(console) as bar:
         task = bar.add_task("mounting errors", total=draws * len(few.poses) * len(few.targets))
-        each = robustness(Verifier(few, voxel), setup, errors, partial(bar.advance, task))
-    robust = [RobustnessResult.of(name, setup, one.redundancy, one.tolerance) for one in each]
+        tell = partial(bar.advance, task)
+        robust = robustness(Verifier(few, voxel), name, setup, errors, tell)
     with console.status("computing what errors of single rings cost"):
         from ...objectives.sensitivity import sensitivity  # loads JAX
 

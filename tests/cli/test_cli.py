@@ -27,11 +27,11 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.schema.proposal_models import SearchFile
-from place_rings.formats.schema.robustness_models import RobustnessResult
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.separation_models import SafetyResult
 from place_rings.formats.schema.written_models import ExportResult
 from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.robustness import Robustness
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verified import Verified
 from place_rings.objectives.verify import Verifier
@@ -244,15 +244,15 @@ def test_robustness_prints_one_object(run):
     args = ("robustness", "n3_16_55", *NEAR, "--voxel", "0.1", "--draws", "5", "--k", "2")
     code, out, _ = run(*args, "--json")
     assert code == 0
-    r = RobustnessResult.model_validate_json(out)
-    assert r.seen_percent[0] == pytest.approx(r.zeta_percent)
-    assert (len(r.seen_percent), len(r.drawn_percent), len(r.without_ring_percent)) == (2, 5, 7)
-    assert r.worst_ring.zeta_percent <= r.worst_sensor.zeta_percent <= r.zeta_percent
+    r = adapter(Robustness).validate_json(out)
+    assert r.seen[0] == pytest.approx(r.zeta)
+    assert (len(r.seen), len(r.drawn), len(r.without_ring)) == (2, 5, 7)
+    assert r.worst_ring.zeta <= r.worst_sensor.zeta <= r.zeta
     assert r.worst_ring.link in UR10.links
-    assert r.worst_percent <= r.fifth_percentile_percent <= max(r.drawn_percent)
-    assert r.mean_percent == pytest.approx(np.mean(r.drawn_percent))
+    assert r.worst <= r.fifth_percentile <= max(r.drawn)
+    assert r.mean == pytest.approx(np.mean(r.drawn))
     code, out, _ = run(*args)
-    assert f"{r.zeta_percent:.2f}" in out
+    assert f"{100 * r.zeta:.2f}" in out
 
 
 def test_cones_are_those_of_the_geometry(run, reference_pose):

@@ -219,14 +219,14 @@ def test_k_coverage_and_losses_are_weighted():
     found = redundancy(verifier, SETUP, target, 3)
     for k in (1, 2, 3):
         expected = weight[held.sum(axis=0) >= k].sum() / weight.sum()
-        assert found.zetas[k - 1] == pytest.approx(expected, abs=1e-12)
+        assert found.seen[k - 1] == pytest.approx(expected, abs=1e-12)
     for k in (0, 17, 79):
         rest = np.delete(held, k, axis=0).any(axis=0)
         assert found.without_sensor[k] == pytest.approx(weight[rest].sum() / weight.sum(), abs=1e-9)
     for seen in (1, 2):
         (share,) = exact_zetas(verifier, target, nominal_cones(verifier, SETUP), seen)
-        assert share == pytest.approx(found.zetas[seen - 1], abs=1e-12)
-    assert judge(verifier, SETUP, Criterion(seen=2))[1] == pytest.approx(found.zetas[1], abs=1e-12)
+        assert share == pytest.approx(found.seen[seen - 1], abs=1e-12)
+    assert judge(verifier, SETUP, Criterion(seen=2))[1] == pytest.approx(found.seen[1], abs=1e-12)
 
 
 def test_weighted_targets_count_among_others():
