@@ -1,18 +1,18 @@
 """Studies: one question for many inputs, measured once, with a page about all of them."""
 
-import re
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any
 
-from ._arguments import number, renamed, whole
+from ._arguments import renamed
 from ._errors import InputError, input_errors
+from ._options import called_with
 from ._scene import Scene, core_scene
 from ._validation import check_scene, check_search_sight
 from .coverage.definitions.errors import UserError
@@ -26,35 +26,100 @@ from .placement.space.design import Space
 from .placement.space.feasible_set import InfeasibleError
 from .studies.engine.estimate import Estimate, calibration, rehearsed
 from .studies.engine.measurement import Measurement
+from .studies.engine.options import StudyName, StudyOptions
 from .studies.engine.runner import TASKS, run
 from .studies.engine.scenes import keys_of
 from .studies.engine.store import Cell, Measure, Store
 
-StudyName = Literal["bound", "convergence", "gap", "layouts", "paper", "pareto", "robots"]
 Progress = Callable[[str, int, int], None]
 
 PAGE, CELLS = "README.md", "cells.sqlite"
 SENSORS = 80  # of the front with most points
 _PAPERS = (24, 48, 80, 112)  # of the others
-_ONLY = {"pareto": ("targets", "sensors", "scene", "quick"), "layouts": ("layout", "time")}
 
 
-@dataclass(frozen=True)
-class StudyOptions:
-    """What a study is asked, checked; see the arguments of ``study``."""
+@dataclass(frozen=True, kw_only=True)
+class StudyCall(StudyOptions):
+    """A call of ``study``."""
 
-    name: StudyName
-    seed: int
-    targets: tuple[Target, Target]
-    sensors: int | None
-    scene: CoreScene
-    layouts: tuple[PublishedLayout, ...]
-    time: float | None
-    quick: bool = False
-    workers: int = 1
-    scheduler: str | None = None
-    command: str = ""
-    """The command that the page quotes."""
+    name: StudyName = field(kw_only=False)
+    """``paper`` repeats the measurements of Kumar and Sahin (2019), ``pareto`` searches the front
+    of two targets, ``bound`` computes upper bounds on any search's coverage, ``convergence``
+    measures ζ against the voxel, ``gap`` bounds every layout of a number of sensors, ``layouts``
+    scores published layouts, and ``robots`` measures the effect of self-occlusion on six robots."""
+    folder: str | Path | None = None
+    """Output folder; by default ``results/NAME``."""
+    targets: tuple[Target, Target] | None = None
+    """The two targets of ``pareto``; by default V_S(0.5) and V_S(1.5). Weights do not matter."""
+    scene: Scene | CoreScene | None = None
+    """Scene of ``pareto``; by default the reference scene."""
+    layouts: Sequence[str | Path] = ()
+    """Layout files (.csv, .toml) that ``layouts`` scores besides those of the package."""
+    progress: Progress | None = None
+    """Receives the heading of a part, the number of its finished measurements, and the number of
+    all."""
+
+    def __post_init__(self) -> None:
+        """Raise InputError for arguments that are out of range or cannot be combined."""
+        super().__post_init__()
+        self.check(self.name)
+        self.pair  # noqa: B018  (raises)
+        if self.scheduler is not None or self.workers != 1:
+            option = "--workers" if self.scheduler is None else "--scheduler"
+            require("cluster", option, "dask", "distributed", "cryptography")
+
+    @cached_property
+    def core(self) -> CoreScene:
+        """The scene of ``pareto``."""
+        return CoreScene() if self.scene is None else core_scene(self.scene)
+
+    @cached_property
+    def pair(self) -> tuple[Target, Target]:
+        """The two targets of ``pareto``."""
+        if self.targets is None:
+            return Shell(0.5), Shell(1.5)
+        try:
+            first, second = (volume.target for volume in self.targets)
+        except (AttributeError, TypeError, ValueError) as error:
+            line = "found other values, allowed: two target volumes"
+            raise InputError(line, "targets") from error
+        if first == second:
+            line = f"found {first} twice, allowed: two different targets"
+            raise InputError(line, "targets")
+        return first, second
+
+    @cached_property
+    def published(self) -> tuple[PublishedLayout, ...]:
+        """The layouts of ``layouts``: those of the package, and the user's own; none for another
+        study.
+
+        Raises:
+            UserError: if a file is not usable.
+        """
+        own = [Path(file) for file in self.layouts]
+        return tuple(self.module("study").layouts(own)) if self.name == "layouts" else ()
+
+    @property
+    def path(self) -> Path:
+        """The output folder."""
+        return Path("results") / self.name if self.folder is None else Path(self.folder)
+
+    @property
+    def command(self) -> str:
+        """The command that runs the study, for its page; layouts without their folders."""
+        if self.name == "pareto":
+            return f"place_rings.study('pareto', ..., seed={self.seed})"
+        words = [
+            *("place-rings", "study", self.name),
+            *(["--seed", str(self.seed)] if self.seed else []),
+            *(part for file in self.layouts for part in ("--layout", Path(file).name)),
+            *([] if self.time is None else ["--time", f"{self.time:g}"]),
+        ]
+        return shlex.join(words)
+
+    def module(self, part: str) -> Any:
+        """Return a module of the study."""
+        return import_module(f".studies.{self.name}.{part}", __package__)
 
 
 @dataclass(frozen=True)
@@ -84,48 +149,12 @@ class StudyReport:
 
 
 @renamed(time_cap="time")
-def study(
-    name: StudyName,
-    *,
-    folder: str | Path | None = None,
-    seed: int = 0,
-    targets: tuple[Target, Target] | None = None,
-    sensors: int | None = None,
-    scene: Scene | CoreScene | None = None,
-    layouts: Sequence[str | Path] = (),
-    time: float | None = None,
-    quick: bool = False,
-    workers: int = 1,
-    scheduler: str | None = None,
-    progress: Progress | None = None,
-) -> StudyReport:
+@called_with(StudyCall)
+def study(call: StudyCall) -> StudyReport:
     """Run a built-in study into a folder. It takes from minutes to hours.
 
     Each measurement is stored when it is done. A study that was interrupted resumes when it runs
     again with the same folder; Ctrl-C raises KeyboardInterrupt.
-
-    Args:
-        name: ``paper`` repeats the measurements of Kumar and Sahin (2019), ``pareto`` searches the
-            front of two targets, ``bound`` computes upper bounds on any search's coverage,
-            ``convergence`` measures ζ against the voxel, ``gap`` bounds every layout of a number of
-            sensors, ``layouts`` scores published layouts, and ``robots`` measures the effect of
-            self-occlusion on six robots.
-        folder: output folder; by default ``results/NAME``.
-        seed: random seed of searches and paths; ``convergence`` draws nothing.
-        targets: the two targets of ``pareto``; by default V_S(0.5) and V_S(1.5). Weights do not
-            matter.
-        sensors: number of sensors of the front with most points in ``pareto``, 1 to 2000; 80 by
-            default.
-        scene: scene of ``pareto``; by default the reference scene.
-        layouts: layout files (.csv, .toml) that ``layouts`` scores besides those of the package.
-        time: processor time of each search of ``layouts``, s, above 0; 40 by default.
-        quick: only the front of ``sensors`` in ``pareto``, with few and short searches: about two
-            minutes for 24.
-        workers: number of processes on this machine, 1 to 1024; 1 is this process.
-        scheduler: address of a running dask scheduler that you trust (tcp://HOST:PORT), in place of
-            ``workers``.
-        progress: receives the heading of a part, the number of its finished measurements, and the
-            number of all.
 
     Returns:
         The measurements and the folder.
@@ -142,142 +171,44 @@ def study(
         ...     print(error)
         sensors: found 48 with study paper, allowed: only with pareto
     """
-    own = [Path(file) for file in layouts]
-    given = {"targets": targets, "sensors": sensors, "scene": scene, "quick": quick}
-    check_study(name, seed, workers, scheduler, **given, layout=own, time=time)
-    core = CoreScene() if scene is None else core_scene(scene)
-    pair = _target_pair(targets)
-    with input_errors():
-        options = StudyOptions(
-            *(name, seed, pair, sensors, core, read_layouts(name, own), time, quick, workers),
-            *(scheduler, study_command(name, seed, own, time)),
-        )
-    if name == "pareto":
-        options = replace(options, command=f"place_rings.study('pareto', ..., seed={seed})")
-    return run_study(options, folder, progress)
+    return run_study(call)
 
 
-def check_study(
-    name: str, seed: Any, workers: int = 1, scheduler: str | None = None, **given: Any
-) -> None:
-    """Check the arguments of a study; of ``given``, those that are None, False or empty count as
-    not given.
-
-    Raises:
-        InputError: for an unknown study, or arguments that it does not take.
-        UserError: if the libraries for several processes are not installed.
-    """
-    if name not in get_args(StudyName):
-        raise InputError(f"found {name!r}, allowed: {', '.join(get_args(StudyName))}", "name")
-    for only, keys in _ONLY.items():
-        for key in keys if name != only else ():
-            value = given.get(key)
-            if not (value is None or value is False or (key == "layout" and not value)):
-                stated = "some" if key == "layout" else f"{value!r}"
-                raise InputError(
-                    f"found {stated} with study {name}, allowed: only with {only}", key
-                )
-    if (seconds := given.get("time")) is not None:
-        number("time", seconds, "s, above 0")
-        if not seconds > 0:
-            raise InputError(f"found {seconds:g}, allowed: s, above 0", "time")
-    whole("seed", seed, 0)
-    if name == "convergence" and seed:
-        raise InputError(
-            f"found {seed} with study convergence, allowed: none, because it draws nothing", "seed"
-        )
-    if given.get("sensors") is not None:
-        whole("sensors", given["sensors"], 1, 2000)
-    whole("workers", workers, 1, 1024)
-    if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", str(scheduler)):
-        raise InputError(
-            f"found {scheduler!r}, allowed: tcp://HOST:PORT or tls://HOST:PORT", "scheduler"
-        )
-    if scheduler is not None and workers != 1:
-        both = f"found {workers} with scheduler, allowed: one of the two"
-        raise InputError(both, "workers", others=("scheduler",))
-    if scheduler is not None or workers != 1:
-        option = "--workers" if scheduler is None else "--scheduler"
-        require("cluster", option, "dask", "distributed", "cryptography")
-
-
-def study_command(
-    name: str, seed: int, layouts: Sequence[Path] = (), seconds: float | None = None
-) -> str:
-    """Return the command that runs a study, for its page; layouts without their folders."""
-    words = [
-        *("place-rings", "study", name),
-        *(["--seed", str(seed)] if seed else []),
-        *(part for file in layouts for part in ("--layout", file.name)),
-        *([] if seconds is None else ["--time", f"{seconds:g}"]),
-    ]
-    return shlex.join(words)
-
-
-def read_layouts(name: str, own: Sequence[Path]) -> tuple[PublishedLayout, ...]:
-    """Return the layouts of the study ``layouts``: those of the package, and the user's own; none
-    for another study.
-
-    Raises:
-        UserError: if a file is not usable.
-    """
-    return tuple(_module(name, "study").layouts(own)) if name == "layouts" else ()
-
-
-def _target_pair(targets: Any) -> tuple[Target, Target]:
-    """Return the two targets of a front; raise InputError for anything else."""
-    if targets is None:
-        return Shell(0.5), Shell(1.5)
-    try:
-        first, second = (volume.target for volume in targets)
-    except (AttributeError, TypeError, ValueError) as error:
-        raise InputError("found other values, allowed: two target volumes", "targets") from error
-    if first == second:
-        raise InputError(f"found {first} twice, allowed: two different targets", "targets")
-    return first, second
-
-
-def _module(name: str, part: str) -> Any:
-    return import_module(f".studies.{name}.{part}", __package__)
-
-
-def measured(run: Measure, options: StudyOptions, grown: Callable[[Any, str], None]) -> Any:
+def measured(run: Measure, call: StudyCall, grown: Callable[[Any, str], None]) -> Any:
     """Return the rows of a study.
 
     Args:
         run: measures cells under a heading.
-        options: options of the study.
+        call: the study.
         grown: receives the rows so far after each part of a study whose page grows, and the name of
             the part.
     """
-    name, seed = options.name, options.seed
-    module = _module(name, "study")
-    if name == "convergence":
-        return module.measure(lambda cells: run("measuring", cells))
-    if name == "layouts":
-        return module.measure(run, options.layouts, seed, options.time or module.SECONDS)
-    if name != "pareto":
-        return module.measure(run, seed)
-    scene, wanted = options.scene, options.sensors or SENSORS
-    if options.quick:
+    module = call.module("study")
+    if call.name == "convergence":
+        return module.measure(run)
+    if call.name == "layouts":
+        return module.measure(run, call.published, call.seed, call.time or module.SECONDS)
+    if call.name != "pareto":
+        return module.measure(run, call.seed)
+    scene, wanted = call.core, call.sensors or SENSORS
+    if call.quick:
         budgets = {wanted: module.QUICK_POINTS}
     else:  # fronts with fewer points, for the paper's numbers of sensors that the rules admit
         budgets = {n: module.FEWER for n in _PAPERS if _feasible(scene, n)}
         budgets |= {wanted: module.POINTS}
-    where = keys_of(scene)
-    return module.measure(run, where, options.targets, budgets, seed, options.quick, grown)
+    return module.measure(run, keys_of(scene), call.pair, budgets, call.seed, call.quick, grown)
 
 
-def written(rows: Any, folder: Path, options: StudyOptions) -> dict[str, str]:
+def written(rows: Any, folder: Path, call: StudyCall) -> dict[str, str]:
     """Draw the pictures of a study into a folder, and return the texts of its files by name."""
     more: tuple[Any, ...] = ()
-    if options.name == "pareto":
-        more = tuple(map(str, options.targets)), keys_of(options.scene)
-    files: dict[str, str] = _module(options.name, "report").write(rows, *more, folder)
+    if call.name == "pareto":
+        more = tuple(map(str, call.pair)), keys_of(call.core)
+    files: dict[str, str] = call.module("report").write(rows, *more, folder)
     return files
 
 
-def _check_use(folder: Path, options: StudyOptions) -> None:
+def _check_use(call: StudyCall) -> None:
     """Check that a study can be searched and counted, and that its results overwrite no layout.
 
     Raises:
@@ -285,15 +216,13 @@ def _check_use(folder: Path, options: StudyOptions) -> None:
         UserError: if a target cannot be counted in the scene, or a layout has the path of a file
             that is written.
     """
-    if options.name == "pareto":
-        check_scene(
-            replace(options.scene, targets=options.targets), _module("pareto", "study").VOXEL
-        )
-        check_search_sight(options.scene)
-        Space(options.scene, sensors=options.sensors or SENSORS)
-    if options.name == "layouts":
-        files = {(folder / file).resolve() for file in _module("layouts", "report").FILES}
-        for layout in options.layouts:
+    if call.name == "pareto":
+        check_scene(replace(call.core, targets=call.pair), call.module("study").VOXEL)
+        check_search_sight(call.core)
+        Space(call.core, sensors=call.sensors or SENSORS)
+    if call.name == "layouts":
+        files = {(call.path / file).resolve() for file in call.module("report").FILES}
+        for layout in call.published:
             if layout.path.resolve() in files:
                 raise UserError(
                     f"{layout.path}: the results would overwrite this layout; set another folder"
@@ -309,31 +238,29 @@ def _feasible(scene: CoreScene, sensors: int) -> bool:
 
 
 def run_study(
-    options: StudyOptions,
-    folder: str | Path | None,
-    progress: Progress | None,
+    call: StudyCall,
     forecast: Callable[[Estimate], None] = lambda estimate: None,
+    command: str = "",
 ) -> StudyReport:
-    """Run a study with checked options, as ``study`` does.
+    """Run a study, as ``study`` does.
 
     Args:
-        options: options of the study.
-        folder: output folder; None for ``results/NAME``.
-        progress: receiver of the progress, or None.
+        call: the study.
         forecast: receives the expected time before anything is measured; the progress corrects it.
+        command: the command that the page quotes, if another than ``call.command``.
     """
-    path = Path("results") / options.name if folder is None else Path(folder)
+    path = call.path
     with input_errors(but=(InfeasibleError,)):
-        _check_use(path, options)
-        measurement = Measurement.begin(options.command)
+        _check_use(call)
+        measurement = Measurement.begin(command or call.command)
         with (
             output_files(path, PAGE) as new,
             Store(path / CELLS, version("place-rings")) as store,
-            _runner(options) as run_cells,
+            _runner(call) as run_cells,
         ):
             keys = set[str]()
-            calls = rehearsed(lambda run: measured(run, options, lambda *_: None))
-            estimate = Estimate.of(calls, store, options.workers, calibration())
+            calls = rehearsed(lambda run: measured(run, call, lambda *_: None))
+            estimate = Estimate.of(calls, store, call.workers, calibration())
             forecast(estimate)
 
             def measure(heading: str, cells: list[Cell]) -> list[Any]:
@@ -342,13 +269,13 @@ def run_study(
 
                 def tell(done: int, total: int) -> None:
                     estimate.at(done, total)
-                    if progress is not None:
-                        progress(heading, done, total)
+                    if call.progress is not None:
+                        call.progress(heading, done, total)
 
                 return run_cells(cells, TASKS, store, tell)
 
             def publish(data: Any, folder: Path, note: str = "") -> None:
-                for file, text in written(data, folder, options).items():
+                for file, text in written(data, folder, call).items():
                     write_text(folder / file, text)
                 measurement.head(folder / PAGE, len(keys) - store.measured, note)
 
@@ -356,15 +283,15 @@ def run_study(
                 with output_files(path, PAGE) as unfinished:
                     publish(data, unfinished, f"; unfinished, after: {part}")
 
-            data = measured(measure, options, grown)
+            data = measured(measure, call, grown)
             publish(data, new)
-    return StudyReport(options.name, path, data)
+    return StudyReport(call.name, path, data)
 
 
 @contextmanager
-def _runner(options: StudyOptions) -> Iterator[Callable[..., list[Any]]]:
+def _runner(call: StudyCall) -> Iterator[Callable[..., list[Any]]]:
     """Yield a function that measures cells in this process, on local processes, or on a cluster."""
-    workers, scheduler = options.workers, options.scheduler
+    workers, scheduler = call.workers, call.scheduler
     if workers == 1 and scheduler is None:
         yield run
         return

@@ -2,20 +2,23 @@
 
 import shlex
 import sys
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
-from ..options.common import WHOLE
+from ...coverage.definitions.errors import UserError
+from ...studies.engine.options import StudyName, StudyOptions
+from ..options.offered import offering
+
+if TYPE_CHECKING:
+    from place_rings._study import StudyCall
 
 
+@offering()
 def study(
-    name: Annotated[
-        Literal["bound", "convergence", "gap", "layouts", "paper", "pareto", "robots"],
-        Parameter(help="Study to run."),
-    ],
+    name: Annotated[StudyName, Parameter(help="Study to run.")],
     /,
     *,
     target: Annotated[
@@ -26,17 +29,6 @@ def study(
             help="pareto: one of its two targets, as NAME[:RADIUS]. Default: V_S:0.5 and V_S:1.5.",
         ),
     ] = (),
-    sensors: Annotated[
-        int | None,
-        WHOLE,
-        Parameter(
-            validator=Number(gte=1, lte=2000),
-            help=(
-                "pareto: number of sensors whose front is computed most finely; those of 24, 48,"
-                " 80 and 112 follow with fewer points. Default: 80."
-            ),
-        ),
-    ] = None,
     scene: Annotated[
         Path | None,
         Parameter(name="--scene", help="pareto: scene file. Default: the reference scene."),
@@ -63,42 +55,8 @@ def study(
             ),
         ),
     ] = (),
-    time: Annotated[
-        float | None,
-        Parameter(help="layouts: processor time of each search in seconds. Default: 40."),
-    ] = None,
-    quick: Annotated[
-        bool,
-        Parameter(
-            negative=(),
-            help=(
-                "pareto: only the front of --sensors, with few and short searches: about two"
-                " minutes for 24."
-            ),
-        ),
-    ] = False,
+    options: StudyOptions,
     out: Annotated[Path | None, Parameter(help="Output folder. Default: results/NAME.")] = None,
-    seed: Annotated[
-        int,
-        WHOLE,
-        Parameter(
-            validator=Number(gte=0), help="Random seed; the same seed gives the same figures."
-        ),
-    ] = 0,
-    workers: Annotated[
-        int,
-        WHOLE,
-        Parameter(
-            validator=Number(gte=1, lte=1024),
-            help="Number of processes on this machine; above 1 it needs the cluster extra.",
-        ),
-    ] = 1,
-    scheduler: Annotated[
-        str | None,
-        Parameter(
-            help="Address of a dask scheduler that you trust (tcp://HOST:PORT), not with --workers."
-        ),
-    ] = None,
 ) -> None:
     """Run a study, and write its data, pictures and a page. A stopped study resumes.
 
@@ -124,26 +82,62 @@ def study(
 
     ``place-rings --help`` explains the terms.
     """
-    from place_rings._study import StudyOptions, check_study, read_layouts, study_command
+    from place_rings._study import StudyCall
 
-    from ...coverage.definitions.errors import UserError
     from ...formats.loader import read_scene
     from ...objectives.scene import Scene
     from ..options.scenes import in_paper
     from ..options.targets import resolve_pair
-    from ..runs.study import study as run
 
-    given = {"targets": target or None, "sensors": sensors, "scene": scene, "quick": quick}
-    check_study(name, seed, workers, scheduler, **given, layout=layout, time=time)
     if paper and name != "pareto":
         raise UserError(f"--paper: found with study {name}, allowed: only with pareto")
-    where = read_scene(scene) if scene else Scene()
-    where = in_paper(where) if paper else where
-    command = study_command(name, seed, layout, time)
-    if name == "pareto":
-        command = shlex.join(["place-rings", *sys.argv[1:]])
-    pair, layouts = resolve_pair(target, where), read_layouts(name, layout)
-    options = StudyOptions(
-        *(name, seed, pair, sensors, where, layouts, time, quick, workers, scheduler, command)
-    )
-    run(out or Path("results") / name, options)
+    where = read_scene(scene) if scene else None
+    where = in_paper(where or Scene()) if paper else where
+    pair = resolve_pair(target, where or Scene()) if target else None
+    more = {"scene": where, "targets": pair, "layouts": layout, "folder": out}
+    _run(StudyCall(name, **vars(options), **more))
+
+
+def _run(call: "StudyCall") -> None:
+    """Run a study with a progress bar, and print the path of its page."""
+    from dataclasses import replace
+
+    from place_rings._study import CELLS, run_study
+    from rich.progress import TaskID
+
+    from ...reporting.progress import ProgressBar
+    from ...reporting.terminal import Terminal, say
+    from ...reporting.text import duration
+    from ...studies.engine.estimate import Estimate
+    from ..signals import gone_is_an_error
+
+    tasks, expected = dict[str, TaskID](), list[Estimate]()
+    alone, console = call.workers == 1 and call.scheduler is None, Terminal(stderr=True)
+
+    def forecast(estimate: Estimate) -> None:
+        expected.append(estimate)
+        here = f" in {call.workers} processes" if call.workers > 1 else ""
+        per = " divided by the number of workers" if call.scheduler is not None else ""
+        line = f"{duration(estimate.seconds)} for {estimate.cells} measurements{here}{per}"
+        console.print(f"{call.name}: {line}", highlight=False, soft_wrap=True)
+
+    with ProgressBar(console) as bar, nullcontext() if alone else gone_is_an_error():
+
+        def tell(heading: str, done: int, total: int) -> None:
+            if heading not in tasks:
+                tasks[heading] = bar.add_task(heading, total=total)
+            left = f"{duration(expected[0].left)} left"
+            bar.update(tasks[heading], total=total, completed=done, best=left)
+
+        command = shlex.join(["place-rings", *sys.argv[1:]]) if call.name == "pareto" else ""
+        try:
+            report = run_study(replace(call, progress=tell), forecast, command)
+        except KeyboardInterrupt:
+            bar.stop()
+            say(
+                "place-rings: stopped; finished measurements are kept in"
+                f" {call.path / CELLS}; run the same command again to resume",
+                error=True,
+            )
+            sys.exit(130)
+    say(str(report.page))

@@ -2,6 +2,7 @@
 
 _OPTIONS = {
     "folder": "--out",
+    "layouts": "--layout",
     "over_poses": "--worst",
     "safety": "[safety] of the scene",
     "targets": "--target",

@@ -3,9 +3,7 @@ chains.
 """
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +11,7 @@ from ...coverage.robots.built_in import PAPER_ROBOTS
 from ...coverage.targets.named import ReachAndToolSpheres, Shell
 from ...coverage.targets.target import Target
 from ...objectives.verify import RULES
-from ..engine.store import Cell
+from ..engine.store import Cell, Measure
 from ..engine.tasks import zeta_cell
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
@@ -66,10 +64,10 @@ def plan() -> list[tuple[str, str, Target, str, float]]:
     ]
 
 
-def measure(run: Callable[[list[Cell]], list[Any]]) -> list[ConvergenceRow]:
-    """Measure everything in the plan; ``run`` measures cells."""
+def measure(run: Measure) -> list[ConvergenceRow]:
+    """Measure everything in the plan; ``run`` measures cells under a heading."""
     wanted = plan()
-    results = run([_cell(*measurement) for measurement in wanted])
+    results = run("measuring", [_cell(*measurement) for measurement in wanted])
     return [_row(*measurement, result) for measurement, result in zip(wanted, results, strict=True)]
 
 

@@ -16,18 +16,17 @@ import place_rings as pr
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings._study import StudyName, StudyOptions, measured, read_layouts
+from place_rings._study import StudyCall, measured
 from place_rings.coverage.definitions.errors import UserError
-from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.volume_tally import Bracket
 from place_rings.objectives import verify as exact
-from place_rings.objectives.scene import Scene
 from place_rings.placement.search.progress import Outcome
 from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study
 from place_rings.studies.engine import tasks as searching
 from place_rings.studies.engine.estimate import Estimate, rehearsed
 from place_rings.studies.engine.measurement import Measurement
+from place_rings.studies.engine.options import StudyName
 from place_rings.studies.engine.runner import TASKS, run
 from place_rings.studies.engine.store import Cell, Store
 from place_rings.studies.pareto.study import QUICK_POINTS
@@ -129,11 +128,11 @@ def small(monkeypatch):
 @pytest.mark.slow
 def test_convergence_shows_every_rule_and_the_truth(small, tmp_path):
     with Store(tmp_path / "cells.sqlite", "test") as store:
-        rows = study.measure(lambda cells: run(cells, TASKS, store))
+        rows = study.measure(lambda _, cells: run(cells, TASKS, store))
         assert [r.key for r in rows] == [
             (r, s, str(t), rule, v) for r, s, t, rule, v in study.plan()
         ]
-        assert study.measure(lambda cells: run(cells, {}, store)) == rows  # all was kept
+        assert study.measure(lambda _, cells: run(cells, {}, store)) == rows  # all was kept
     for row in rows:
         truth = next(r for r in rows if r.key[:3] == row.key[:3] and r.rule == "truth")
         if row.rule == "certified":
@@ -219,10 +218,8 @@ def test_a_page_names_how_it_was_measured_below_its_title(tmp_path):
 @pytest.mark.parametrize("name", get_args(StudyName))
 def test_a_rehearsal_lists_what_a_study_measures(name, tmp_path):
     """Without a measurement; and its time is that of the cells that are not stored yet."""
-    layouts = read_layouts(name, [])
-    shells = (Shell(0.5), Shell(1.5))
-    options = StudyOptions(name, 0, shells, 24, Scene(), layouts, None, name == "pareto")
-    calls = rehearsed(lambda run: measured(run, options, lambda *_: None))
+    call = StudyCall(name, **({"sensors": 24, "quick": True} if name == "pareto" else {}))
+    calls = rehearsed(lambda run: measured(run, call, lambda *_: None))
     with Store(tmp_path / "cells.sqlite", "1") as store:
         whole = Estimate.of(calls, store, 1, 1.0)
         assert whole.seconds > 1
