@@ -1,7 +1,7 @@
 """Decode the ROS 2 messages of a rig.
 
-The message definitions are those of the ROS packages std_msgs and sensor_msgs, reduced to the
-fields. They are stated here, so that no definition in a file is ever compiled.
+The message definitions are those that rosbags holds, so that no definition in a file is ever
+compiled.
 """
 
 import math
@@ -12,36 +12,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Integer
 
+from ...formats.export.ros2_bag import JOINTS, POINTS, RANGE, TEXT
 from ...formats.ring_frame import MOST_ZONES as MOST_OF_FRAME
 from ..rings.protocol import Status
 from ..rings.status import known_status
 from .messages import FARTHEST, JointMessage, Message, RangeMessage, StepMessage, ranged
 
-JOINTS = "sensor_msgs/msg/JointState"
-RANGE = "sensor_msgs/msg/Range"
-POINTS = "sensor_msgs/msg/PointCloud2"
-TEXT = "std_msgs/msg/String"
-_VARIANCE = "place_rings/msg/RangeWithVariance"  # as ROS 2 Iron and later send a Range
-_RANGE = (
-    "std_msgs/Header header\nuint8 radiation_type\nfloat32 field_of_view\nfloat32 min_range\n"
-    "float32 max_range\nfloat32 range\n"
-)
-_FIELDS = {
-    "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec\n",
-    "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id\n",
-    TEXT: "string data\n",
-    JOINTS: (
-        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n"
-        "float64[] effort\n"
-    ),
-    RANGE: _RANGE,
-    _VARIANCE: _RANGE + "float32 variance\n",
-    "sensor_msgs/msg/PointField": "string name\nuint32 offset\nuint8 datatype\nuint32 count\n",
-    POINTS: (
-        "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\n"
-        "bool is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"
-    ),
-}
 MOST_ZONES = 4096  # of one sensor
 _SQUARE = {16: (4, 4), 64: (8, 8)}  # zones of clouds of one row
 _UINT8, _FLOAT32 = 2, 7  # codes of a PointField's type
@@ -53,23 +29,19 @@ class BadMessageError(ValueError):
 
 
 @cache
-def _types() -> Any:
-    """Return the types of all messages of a rig, compiled by rosbags."""
-    from rosbags.typesys import get_types_from_msg
-    from rosbags.typesys.store import Typestore
+def _types(release: str) -> Any:
+    from rosbags.typesys import Stores, get_typestore
 
-    store = Typestore()
-    for name, fields in _FIELDS.items():
-        store.register(get_types_from_msg(fields, name))
-    return store
+    return get_typestore(Stores[f"ROS2_{release}"])
 
 
-def _decoded(data: bytes, kind: str) -> Any:
-    """Return a message in CDR; raise BadMessageError if it is none."""
+def _decoded(data: bytes, kind: str, release: str = "HUMBLE") -> Any:
+    """Return a message in CDR, as a release of ROS 2 defines it; raise BadMessageError if it is
+    none."""
     from rosbags.serde import SerdeError
 
     try:
-        return _types().deserialize_cdr(data, kind)
+        return _types(release).deserialize_cdr(data, kind)
     except (SerdeError, ValueError, IndexError, MemoryError, OverflowError) as error:
         raise BadMessageError(
             f"found {len(data)} bytes that are no such message, wanted: {kind} in CDR"
@@ -97,7 +69,7 @@ def _range(topic: str, time: float, data: bytes) -> RangeMessage:
     try:
         message = _decoded(data, RANGE)
     except BadMessageError:
-        message = _decoded(data, _VARIANCE)
+        message = _decoded(data, RANGE, "IRON")  # with a variance
     low = message.min_range if math.isfinite(message.min_range) else 0.0
     high = message.max_range if math.isfinite(message.max_range) else 0.0
     read = ranged(message.range, low, high)
