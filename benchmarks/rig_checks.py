@@ -35,7 +35,7 @@ from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import Places, places, plan_rod, rod_zeta
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated_cell.ground_truth import injected
-from place_rings.rig.simulated_cell.simulated_time import BUSY, counted, mount_check
+from place_rings.rig.simulated_cell.simulated_time import BUSY, mount_check
 from place_rings.rig.simulated_cell.world import World
 from scipy import stats
 
@@ -77,8 +77,7 @@ def one(seed: int, late: bool) -> dict[str, Any]:
     rng, done = np.random.default_rng((seed, 9 if late else 8)), injected(SCENE, SETUP, seed)
     world = done.world(SCENE)
     if late:
-        gathered = mount_check(world, plan.joints, plan.frames, rng, BUSY)
-        readings = counted(gathered.readings(), gathered)
+        readings = mount_check(world, plan.joints, plan.frames, rng, BUSY)
     else:
         readings = world.readings(rng, plan.joints, plan.frames)
     stops = at_stops(readings, SETUP, plan.joints)

@@ -33,5 +33,5 @@ class CheckData:
         recorded = RecordingReader(path)
         check = PlannedCheck.read(str(path), recorded.about.get("check"))
         scene, stale = check.scene, check.about.stale_s
-        gathered = replay(recorded, check.ports, stale, scene.link, thinned, scene.robot)
+        gathered = replay(recorded.records(), check.ports, stale, scene.link, thinned, scene.robot)
         return CheckData(check, gathered, recorded.wall, recorded.damage, path)

@@ -3,7 +3,7 @@
 import json
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Self
@@ -14,8 +14,7 @@ from jaxtyping import Float
 from ...coverage.robots.robot import Robot
 from ...objectives.link_limits import USUAL_LIMITS, LinkLimits
 from ..recording.clocks import Alignment, align
-from ..recording.recording import RecordingReader
-from ..recording.records import Kind
+from ..recording.records import Kind, Record
 from ..rings.line_monitor import LATE, Event, Line, Port
 from ..rings.protocol import ABSENT, Counts, Frame
 from ..robot.state import State
@@ -236,20 +235,20 @@ def _counted(frames: Sequence[Frame]) -> Float[np.ndarray, " n"]:
 
 
 def replay(
-    recorded: RecordingReader,
+    records: Iterable[Record],
     ports: Sequence[Port],
     stale: float | None = None,
     limits: LinkLimits = USUAL_LIMITS,
     thinned: bool = False,
     robot: Robot | None = None,
 ) -> Gathered:
-    """Collect the data of a recording: all bytes and states pass through the same code again.
+    """Collect the data of recorded records: all bytes and states pass through the same code again.
 
     Events come from the recording, because silence leaves no bytes to replay. Unreadable records
     are skipped.
 
     Args:
-        recorded: the recording.
+        records: in the order of arrival.
         ports: of the rings, in the setup's order.
         stale: maximum age of a robot's state, s; by default that of the limits.
         limits: of the links, as the scene states them.
@@ -259,7 +258,7 @@ def replay(
     stale = limits.state_stale if stale is None else stale
     gathered = Gathered.of(limits, stale / limits.state_stale, thinned)
     vetting, lines = Vetting(stale, robot=robot), dict[int, Line]()
-    for record in recorded.records():
+    for record in records:
         match record.kind:
             case Kind.STATE | Kind.NOTE | Kind.CLOSED if gathered.fault is None:
                 try:

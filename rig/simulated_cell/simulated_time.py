@@ -10,19 +10,20 @@ to which stop.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float
 from scipy import stats
 
 from ..recording.records import Kind, Record
-from ..rings.line_monitor import Line, Port
-from ..rings.protocol import Counts, Frame, encode
+from ..rings.line_monitor import Port
 from ..robot.state import State
-from ..robot.vetting import STALE, Vetting
+from ..robot.vetting import STALE
 from ..sensing.readings import Readings
-from ..session.gathering import Gathered
+from ..session.gathering import replay
+from ..simulated.arm import Arm
+from ..simulated.ports import ENCODERS
 from .world import World
 
 _BEGIN = 100.0  # s of the host's clock
@@ -126,6 +127,35 @@ class Way:
         return q
 
 
+class _Way:
+    """The robot's state at each step of time, from ``_BEGIN`` on."""
+
+    def __init__(self, pace: Pace, start: Float[np.ndarray, " 6"]) -> None:
+        self._pace, self._arm = pace, Arm(start, 1 / pace.states)
+        self.states = [(self._arm.q, self._arm.speed)] * round(_HOME * pace.states)
+
+    @property
+    def end(self) -> float:
+        """Time of the end, s."""
+        return _BEGIN + len(self.states) / self._pace.states
+
+    def move(self, q: Float[np.ndarray, " 6"]) -> None:
+        """Add a motion to ``q`` (6,) rad."""
+        self._arm.move(q, self._pace.speed, self._pace.acceleration)
+        while self._arm.moving:
+            self._arm.tick()
+            self.states.append((self._arm.q, self._arm.speed))
+
+    def stand(self, until: float) -> None:
+        """Stand there until a time, s."""
+        self.states += self.states[-1:] * math.ceil((until - self.end) * self._pace.states)
+
+    def at(self, time: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 6"]:
+        """Return the joint angles (n, 6) rad at ``time`` (n,) s."""
+        step = np.rint((time - _BEGIN) * self._pace.states).astype(int)
+        return np.array([q for q, _ in self.states])[np.minimum(step, len(self.states) - 1)]
+
+
 def mount_check(
     world: World,
     joints: Float[np.ndarray, "P J"],
@@ -133,8 +163,8 @@ def mount_check(
     rng: np.random.Generator,
     lateness: Lateness = PROMPT,
     pace: Pace | None = None,
-) -> Gathered:
-    """Return what a mount check at the stops ``joints`` receives.
+) -> Readings:
+    """Return the readings that count in a mount check at the stops ``joints``.
 
     Args:
         world: the rings as mounted.
@@ -144,107 +174,69 @@ def mount_check(
         lateness: delays of frames, and of states.
         pace: rates and speeds.
     """
-    pace = pace or Pace()
-    most = _longest(joints, frames, pace)
-    sent = _BEGIN + np.arange(math.ceil(most * pace.frames)) / pace.frames
-    arrived = _arrivals(sent, lateness, rng, 1 / pace.frames)
-    gathered = Gathered(patience=pace.patience)
-    start = world.scene.robot.unwound(world.scene.poses[0].q)
-    way, steps = Way(pace, start), list[tuple[float, float]]()
-    for number, q in enumerate(joints):
-        noticed = way.move(q) + float(lateness.drawn(rng, 1, 1.0)[0])
-        begin = noticed + pace.settle
-        have = int(np.searchsorted(arrived, begin, "right"))
-        looked = math.ceil((arrived[have + frames] - begin) / pace.look) * pace.look
-        gathered.said.append((begin, {"what": "begin", "step": "mount", "number": number}))
-        way.end = begin + looked + float(lateness.drawn(rng, 1, 1.0)[0])
-        gathered.said.append((way.end, {"what": "end"}))
-        steps.append((begin, way.end))
-    gathered.said.append((way.end, {"what": "ended", "why": ""}))
-    _states(gathered, way, rng, lateness, pace)
-    some = sent <= way.end
-    passed: dict[int, tuple[list[Frame], Counts]] = {}  # all rings send and arrive at once
-    for ring, group in enumerate(world.mounted.groups):
-        if group.count not in passed:
-            passed[group.count] = _passed(group.count, sent[some], arrived[some], pace)
-        frames_of, counts = passed[group.count]
-        gathered.frames += [(ring, frame) for frame in frames_of]
-        gathered.counts.append(counts)
-    gathered.frames = _measured(world, way, gathered.frames, sent, steps, rng)
-    return gathered
+    pace, robot = pace or Pace(), world.scene.robot
+    turn = 4 * math.pi / pace.speed + 2 * pace.speed / pace.acceleration  # the longest on the way
+    longest = _HOME + len(joints) * (turn + pace.settle + 10 * frames / pace.frames + 5.0)
+    sent, arrived = _sent(longest, pace.frames, lateness, rng)
+    way, steps = _Way(pace, robot.unwound(world.scene.poses[0].q)), list[tuple[float, float]]()
+    for q in joints:
+        way.move(q)
+        begin = way.end + float(lateness.drawn(rng, 1, 1.0)[0]) + pace.settle
+        waited = arrived[int(np.searchsorted(arrived, begin, "right")) + frames] - begin
+        end = begin + math.ceil(waited / pace.look) * pace.look
+        steps.append((begin, end + float(lateness.drawn(rng, 1, 1.0)[0])))
+        way.stand(steps[-1][1])
+    times = _sent(way.end - _BEGIN, pace.states, lateness, rng)
+    records = list[Record]()
+    for (q, speed), t, at in zip(way.states, *times, strict=True):
+        state = State(at, _ROBOT_CLOCK + _ROBOT_RATE * (t - _BEGIN), q, speed)
+        records.append(Record(Kind.STATE, 0, at, state.pack()))
+    sent = sent[sent <= way.end]
+    for ring, readings in enumerate(_told(world, way, sent, steps, rng)):
+        for i, (t, at, *told) in enumerate(zip(sent, arrived, *readings, strict=False)):
+            data = ENCODERS["place-rings"](i, _RING_CLOCK + _RING_RATE * (t - _BEGIN), *told)
+            records.append(Record(Kind.BYTES, ring, at, data))
+    records.sort(key=lambda record: record.time)
+    ports = [Port("", group.count, patience=pace.patience) for group in world.mounted.groups]
+    # a busy machine would end the link to a real robot
+    gathered = replay(records, ports, 100 * STALE, robot=robot)
+    gathered.patience = pace.patience
+    received = gathered.readings()
+    return received.only(_within(received.time, steps))
 
 
-def _longest(joints: Float[np.ndarray, "P J"], frames: int, pace: Pace) -> float:
-    """Return a time that no check exceeds, s."""
-    turn = 4 * math.pi / pace.speed + pace.speed / pace.acceleration
-    return _HOME + len(joints) * (turn + pace.settle + 10 * frames / pace.frames + 5.0)
+def _sent(
+    seconds: float, rate: float, lateness: Lateness, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Return when pieces are sent, and when they arrive, s; none overtakes another."""
+    sent = _BEGIN + np.arange(round(seconds * rate)) / rate
+    return sent, np.maximum.accumulate(sent + lateness.drawn(rng, len(sent), 1 / rate))
 
 
-def _arrivals(
-    sent: Float[np.ndarray, " n"], lateness: Lateness, rng: np.random.Generator, step: float
-) -> Float[np.ndarray, " n"]:
-    """Return when pieces sent at ``sent`` (n,) s arrive; none overtakes another."""
-    latest: np.ndarray = np.maximum.accumulate(sent + lateness.drawn(rng, len(sent), step))
-    return latest
+def _within(
+    time: Float[np.ndarray, " n"], steps: Sequence[tuple[float, float]], before: float = 0.0
+) -> Bool[np.ndarray, " n"]:
+    """Return which times lie in a step, or up to ``before`` s before one."""
+    begin, end = np.transpose(steps)
+    within: np.ndarray = (time[:, None] >= begin - before) & (time[:, None] <= end)
+    return within.any(axis=1)
 
 
-def _states(
-    gathered: Gathered, way: Way, rng: np.random.Generator, lateness: Lateness, pace: Pace
-) -> None:
-    """Add the robot's states."""
-    sent = np.arange(_BEGIN, way.end, 1 / pace.states)
-    arrived, q = _arrivals(sent, lateness, rng, 1 / pace.states), way.at(sent)
-    speed = np.gradient(q, 1 / pace.states, axis=0)
-    vetting = Vetting(STALE * 100)  # a busy machine would end the link to a real robot
-    for t, at, joints, rate in zip(sent, arrived, q, speed, strict=True):
-        state = State(at, _ROBOT_CLOCK + _ROBOT_RATE * (t - _BEGIN), joints, rate)
-        gathered.take(vetting.take(Record(Kind.STATE, 0, at, state.pack())))
-
-
-def _passed(
-    count: int, sent: Float[np.ndarray, " n"], arrived: Float[np.ndarray, " n"], pace: Pace
-) -> tuple[list[Frame], Counts]:
-    """Return the frames, still without distances, that the line of a ring of ``count`` sensors
-    passes on, and the line's counts.
-    """
-    line, frames = Line(0, Port("", count, patience=pace.patience), _BEGIN), list[Frame]()
-    none, fine = np.ones(count), np.zeros(count, int)
-    for i, (t, at) in enumerate(zip(sent, arrived, strict=True)):
-        data = encode(i, _RING_CLOCK + _RING_RATE * (t - _BEGIN), none, fine)
-        frames += [each for each in line.take(data, at) if isinstance(each, Frame)]
-    return frames, line.counts
-
-
-def _measured(
+def _told(
     world: World,
-    way: Way,
-    frames: list[tuple[int, Frame]],
+    way: _Way,
     sent: Float[np.ndarray, " n"],
     steps: Sequence[tuple[float, float]],
     rng: np.random.Generator,
-) -> list[tuple[int, Frame]]:
-    """Return the frames with what the sensors read where the robot was when they were sent; frames
-    sent longer than ``_BEFORE`` before a step, which cannot count for it, keep no distance.
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return what each ring's sensors read where the robot was when frames were sent. Frames sent
+    longer than ``_BEFORE`` before a step, which cannot count for it, hold no distance.
     """
-    index: Int[np.ndarray, " f"] = np.array([frame.sequence for _, frame in frames])
-    used = np.zeros(len(sent), bool)
-    for begin, end in steps:
-        used |= (sent >= begin - _BEFORE) & (sent <= end)
+    used = _within(sent, steps, _BEFORE)
     poses, which = np.unique(way.at(sent[used]), axis=0, return_inverse=True)
-    true = np.full((len(sent), world.mounted.sensors), np.nan)
-    true[used] = world.distances(poses)[which.ravel()]
-    distance, status = world.told(rng, true)
-    wires = world.mounted.slices
-    return [
-        (ring, replace(f, distance=distance[i, wires[ring]], status=status[i, wires[ring]]))
-        for (ring, f), i in zip(frames, index, strict=True)
-    ]
-
-
-def counted(readings: Readings, gathered: Gathered) -> Readings:
-    """Select the readings of the steps that a simulated mount check noted."""
-    notes = gathered.said[:-1]  # the last one ends the check
-    counts = np.zeros(len(readings), bool)
-    for (begin, _), (end, _) in zip(notes[::2], notes[1::2], strict=True):
-        counts |= (readings.time >= begin) & (readings.time <= end)
-    return readings.only(counts)
+    told = []
+    for seen in world.seen(poses):
+        true = np.full((len(sent), *seen.shape[1:]), np.nan)
+        true[used] = seen[which.ravel()]
+        told.append(world.told(rng, true))
+    return told

@@ -49,7 +49,7 @@ def recording_of(file, asked):
 def assessed(file, checked):
     """The assessment of a recorded check."""
     recorded = RecordingReader(file)
-    gathered = replay(recorded, checked.ports, checked.about.stale_s)
+    gathered = replay(recorded.records(), checked.ports, checked.about.stale_s)
     return assess(CheckData(checked, gathered, 0.0, recorded.damage))
 
 

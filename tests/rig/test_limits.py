@@ -288,6 +288,6 @@ def test_a_replay_uses_the_limits_of_the_check(tmp_path, link, used):
         for i in range(20):
             data = encode(i, i / 10, np.full(8, 0.5), np.zeros(8, int))
             recording.put(Record(Kind.BYTES, 0, 100 + i / 10 + 0.2 * (i == 19), data))
-    gathered = replay(RecordingReader(path), checked.ports, None, link)
+    gathered = replay(RecordingReader(path).records(), checked.ports, None, link)
     assert len(gathered.frames) == used
     assert (gathered.late, gathered.patience) == (link.ring_late, 1.0)

@@ -195,7 +195,7 @@ def test_a_robot_moves_within_its_limits_and_its_session_is_recorded_as_it_was(t
             with pytest.raises(LinkFaultError):
                 link.latest()
     gathered, recorded = session.gathered, RecordingReader(file)
-    found = replay(recorded, ports, STALE * PATIENCE)
+    found = replay(recorded.records(), ports, STALE * PATIENCE)
     assert recorded.ended
     assert gathered.fault.why == found.fault.why == Ended.CLOSED
     assert [s for _, s in found.said] == [s for _, s in gathered.said]

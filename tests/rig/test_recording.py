@@ -126,7 +126,7 @@ def test_a_record_without_a_possible_time_is_damage(tmp_path, kind, time_):
         recording.put(Record(kind, 0, time_, data))
         recording.put(Record(Kind.BYTES, 0, 2.0, data))
     recorded = RecordingReader(path)
-    found = replay(recorded, [Port("", 3)])
+    found = replay(recorded.records(), [Port("", 3)])
     assert len(found.frames) == 1
     assert f"{time_:g} s" in recorded.damage
 
@@ -207,7 +207,7 @@ def test_a_replay_gathers_what_the_rig_told(tmp_path):
                 recording.put(Event(0, Happened.GONE, t, "pulled").record())
                 recording.put(Record(Kind.OPENED, 0, t))
         recording.put(Record(Kind.EVENT, 0, 99.0, b'{"what": "rod", "place": [1, 2, 3]}'))
-    found = replay(RecordingReader(path), [Port("gone by now", 3)])
+    found = replay(RecordingReader(path).records(), [Port("gone by now", 3)])
     assert found.fault.why == Ended.GARBLED
     assert found.fault.time == 50 + 450 / 125
     assert len(found.states) == 450
@@ -235,7 +235,7 @@ def test_a_replay_passes_over_what_it_cannot_read(tmp_path_factory, data, kind):
         recording.put(Record(kind, 0, 1.0, data))
         recording.put(Record(kind, 200, 1.0, data))
         recording.put(Record(Kind.EVENT, 0, 2.0, b'{"what": "after"}'))
-    found = replay(RecordingReader(path), [Port("", 3)])
+    found = replay(RecordingReader(path).records(), [Port("", 3)])
     assert (found.said[-1][1], found.frames, found.states) == ({"what": "after"}, [], [])
     assert all(isinstance(said, dict) for _, said in found.said)
 

@@ -328,7 +328,7 @@ def test_frames_of_another_number_of_zones_are_said(zoned):
     file, checked = zoned
     other = replace(checked, setup=SETUP, plans=Plans(1.0, None))
     recorded = RecordingReader(file)
-    done = part_results(other, replay(recorded, checked.ports, checked.about.stale_s))
+    done = part_results(other, replay(recorded.records(), checked.ports, checked.about.stale_s))
     assert done.grids == {0: (16, 64)}
 
 
@@ -339,7 +339,7 @@ def test_zones_that_read_the_same_wherever_the_robot_stands_are_a_finding(
     """More than the stated share of a sensor's zones; the others of it are alive."""
     file, checked = zoned
     monkeypatch.setattr(parts, "fit_mount", Mock(side_effect=ValueError("not fitted here")))
-    gathered = replay(RecordingReader(file), checked.ports, checked.about.stale_s)
+    gathered = replay(RecordingReader(file).records(), checked.ports, checked.about.stale_s)
     assert part_results(checked, gathered).frozen == []
 
     def held(zones):
@@ -358,7 +358,7 @@ def test_zones_that_read_the_same_wherever_the_robot_stands_are_a_finding(
 def test_the_log_of_a_check_holds_every_zone(zoned, tmp_path):
     file, checked = zoned
     recorded = RecordingReader(file)
-    live = replay(recorded, checked.ports, checked.about.stale_s)
+    live = replay(recorded.records(), checked.ports, checked.about.stale_s)
     bag = write_bag(checked, live, recorded.epoch, tmp_path)[0]
     read = opened(tmp_path / bag, setup=checked.setup).gathered
     told, was = read.readings(), live.readings()
