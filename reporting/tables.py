@@ -8,6 +8,7 @@ from types import MappingProxyType
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
+from ..coverage.targets.target import key_text
 from ..objectives.robustness import RingSensitivity, Robustness
 from ..objectives.verified import IntervalProof, LowestPose, PoseZeta, Verified
 from .explained import Explained
@@ -53,8 +54,7 @@ def ring_table(
 
 def target_label(result: Verified | Robustness) -> str:
     """Return a target's label: ``V_S(0.5)`` or ``V_OT``."""
-    name, radius = result.key
-    return name if radius is None else f"{name}({radius:g})"
+    return key_text(*result.key)
 
 
 def result_caption(result: Verified) -> str:

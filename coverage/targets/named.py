@@ -8,7 +8,7 @@ from ..definitions.definition import definition
 from ..definitions.field_types import Metres
 from ..solids.base import Solid, Union
 from .posed_robot import PosedRobot
-from .target import KINDS, OWN, WITH_RADIUS, Target, named_kinds
+from .target import KINDS, OWN, WITH_RADIUS, Target, key_text, named_kinds
 
 
 class _Named(Target):
@@ -17,8 +17,7 @@ class _Named(Target):
     own = False
 
     def described(self) -> str:
-        radius = getattr(self, "radius", None)
-        return self.kind if radius is None else f"{self.kind}({radius:g})"
+        return key_text(self.kind, getattr(self, "radius", None))
 
 
 @definition

@@ -185,6 +185,11 @@ def standalone(target: Target) -> Target:
     return target
 
 
+def key_text(name: str, radius: float | None) -> str:
+    """Return the key of a target as text: ``V_S(0.5)`` or ``V_OT``."""
+    return name if radius is None else f"{name}({radius:g})"
+
+
 def named_kinds() -> tuple[str, ...]:
     """Return the names of the named volumes that may be targets."""
     return tuple(kind for kind, cls in KINDS.items() if not cls.own and kind != OWN)

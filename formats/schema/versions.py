@@ -53,7 +53,7 @@ class VersionedFile(StrictModel):
         return keys | {"version": FILE_VERSION}
 
 
-class _Versioned:
+class Versioned:
     """Annotation of a definition that is a file of its own, with a version; the meaning of its keys
     has never changed."""
 
@@ -123,5 +123,5 @@ def refuse_newer(keys: dict[str, Any]) -> None:
         refuse([(("version",), version, f"{known}; update place-rings to read newer files")])
 
 
-SensorFile = Annotated[OwnModel, _Versioned()]
+SensorFile = Annotated[OwnModel, Versioned()]
 """A user's own sensor (TOML): the fields of the catalogue, for one mode of the sensor."""

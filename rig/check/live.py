@@ -27,7 +27,6 @@ from .attendant import Attendant
 from .check_data import CheckData
 from .models import AboutFile
 from .options import CheckOptions
-from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck
 from .plans import Plans
 from .preconditions import require_known_cell, require_revolute
@@ -160,8 +159,8 @@ class LiveCheck:
             ports=list(rig.ports),
             seconds=plans.seconds,
             wave=plans.wave,
-            stops=mount_plan_model(plans.mount) if plans.mount else None,
-            trials=[rod_plan_model(p) for p in plans.rods],
+            stops=plans.mount,
+            trials=list(plans.rods),
             version=version("place-rings"),
         )
 

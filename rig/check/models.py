@@ -7,15 +7,17 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from ...coverage.definitions.definition import refuse
+from ...coverage.targets.target import key_text
 from ...formats.schema.base_model import StrictModel
 from ...formats.schema.field_types import Percent
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.robot_models import robot_of
 from ...objectives.verified import CalibrationEffect
-from ..mount.as_built import ZetaModel, named
+from ..mount.as_built import ZetaModel
 from ..mount.fit_record import RingFitModel
+from ..mount.stop_plan import MountPlanFile
 from ..rings.line_monitor import Port
-from .plan_files import MountPlanFile, RodPlanFile
+from ..rod.trial_plan import RodPlanFile
 
 DISCLAIMER = (
     "place-rings is an engineering aid. A check is no safety function and confers no safety rating:"
@@ -63,11 +65,7 @@ class AboutFile(StrictModel):
             )
         joints = len(robot_of(self.proposal.scene.robot).chain)
         plans = [p for p in (self.stops, *self.trials) if p]
-        angles = {
-            len(s.q_deg)
-            for p in plans
-            for s in (p.stops if isinstance(p, MountPlanFile) else p.poses)
-        }
+        angles = {p.joints.shape[1] for p in plans}
         if angles - {joints}:
             refuse(
                 [(("stops",), f"{max(angles - {joints})} angles", f"{joints}, as the robot has")]
@@ -223,7 +221,7 @@ class CoverageModel(StrictModel):
     @property
     def named(self) -> str:
         """The target."""
-        return named(self.target, self.radius)
+        return key_text(self.target, self.radius)
 
 
 class CheckResult(StrictModel):

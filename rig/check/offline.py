@@ -12,6 +12,7 @@ from ...coverage.robots.joint_values import angles_apart
 from ...formats.schema.proposal_models import ProposalFile
 from ...objectives.scene import Scene
 from ..mount.stop_plan import FRAMES, MountPlan
+from ..poses.planned_pose import planned_poses
 from ..rings.line_monitor import BAUD, Port
 from ..robot.vetting import STALE
 from ..rod.trial_plan import RodPlan
@@ -22,7 +23,6 @@ from ..sources.standstills import Standstill
 from .check_data import CheckData
 from .models import AboutFile
 from .options import CheckOptions, FileOptions
-from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck, ring_names
 from .plans import read_plans
 from .preconditions import require_revolute
@@ -105,8 +105,8 @@ class _Steps:
             ports=ports,
             seconds=seconds,
             wave="self" in parts and bool(self._of("wave")),
-            stops=None if mount is None else mount_plan_model(mount),
-            trials=[rod_plan_model(plan) for plan in rods],
+            stops=mount,
+            trials=list(rods),
             version=version("place-rings"),
         )
 
@@ -171,7 +171,8 @@ class _Steps:
                 f"{self._name}: joint states: found no standstill, wanted: stops of the mount check"
             )
         joints = self._scene.robot.unwound(np.array(poses))
-        return MountPlan(joints, FRAMES, np.zeros((len(self._setup.rings), 4, 4)))
+        nothing = np.zeros((len(self._setup.rings), 4, 4)).tolist()
+        return MountPlan(FRAMES, planned_poses(joints), nothing)
 
     def _renumber(self, numbers: dict[int, int]) -> None:
         """Number the noted stops consecutively."""

@@ -240,7 +240,7 @@ class _Parts:
         if not done:
             raise ValueError("no trial was completed")
         for plan in self._check.plans.rods:
-            numbers = range(first, first := first + len(plan.stratum))
+            numbers = range(first, first := first + len(plan.trials))
             trials = [self._of("trial", i) if i in done else None for i in numbers]
             checks.append(check_rod(plan, self._check.setup, self._of("before"), trials))
         return checks

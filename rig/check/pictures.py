@@ -55,7 +55,7 @@ def write_pictures(check: PlannedCheck, assessment: Assessment, folder: Path) ->
     for k, rod in enumerate(done.rods):
         if rod.tested.any():
             name = f"check-trials-{k}.png"
-            shown[name] = f"Trials in {rod.plan.target}: predicted and observed"
+            shown[name] = f"Trials in {rod.plan.named}: predicted and observed"
             write_png(folder / name, _trials(scene, check.setup, rod))
     return shown
 
@@ -232,7 +232,7 @@ def _trials(scene: Scene, setup: Setup, rod: RodCheck) -> "Figure":
     frames = forward(scene.robot.chain, plan.joints[pose])
     of = f" at pose {pose} of {len(plan.joints)}" if len(plan.joints) > 1 else ""
     where = f" ({int((here & plan.beyond).sum())} beyond it)" * bool((here & plan.beyond).any())
-    figure = _figure(f"{here.sum()} trials in {plan.target}{where}{of}")
+    figure = _figure(f"{here.sum()} trials in {plan.named}{where}{of}")
     box = _box(body(scene.robot, frames), plan.point[here])
     kinds = {
         (True, True): ("seen as predicted", COVERED_TWICE),

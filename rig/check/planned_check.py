@@ -11,7 +11,6 @@ from ...objectives.scene import Scene
 from ..rings.line_monitor import Port
 from ..simulated_cell.ground_truth import Injected, injected
 from .models import AboutFile
-from .plan_files import mount_plan_of, rod_plan_of
 from .plans import Plans
 
 
@@ -32,9 +31,7 @@ class PlannedCheck:
     def of(about: AboutFile) -> "PlannedCheck":
         """Create the check that a header describes."""
         scene = about.proposal.scene.to_domain()
-        stops = mount_plan_of(about.stops) if about.stops else None
-        rods = tuple(rod_plan_of(t, scene) for t in about.trials)
-        plans = Plans(about.seconds, stops, rods, about.wave)
+        plans = Plans(about.seconds, about.stops, tuple(about.trials), about.wave)
         return PlannedCheck(about, scene, about.proposal.setup(scene), plans)
 
     @staticmethod

@@ -12,24 +12,15 @@ from jaxtyping import Float
 
 from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
-from ...coverage.targets.target import Target
 from ...formats.model_reader import read_model
-from ...formats.writing import output_files
+from ...formats.writing import output_files, to_toml, write_text
 from ...objectives.scene import Scene
-from ..mount.stop_plan import FRAMES, MountPlan, planned, require_cell
+from ..mount.stop_plan import FRAMES, MountPlan, MountPlanFile, planned, require_cell
 from ..poses.itinerary import reachable
 from ..poses.routes import Clearance
-from ..rod.trial_plan import RodPlan, plan_rod
+from ..rod.trial_plan import RodPlan, RodPlanFile, plan_rod
 from ..rod.trial_sheets import write_rod_pages
 from .options import CheckOptions, Part
-from .plan_files import (
-    MountPlanFile,
-    RodPlanFile,
-    mount_plan_of,
-    rod_plan_of,
-    write_mount_plan,
-    write_rod_plan,
-)
 
 STOPS = "stops.toml"
 
@@ -92,9 +83,8 @@ def plan_check(setup: Setup, scene: Scene, options: CheckOptions, moved: bool) -
     return Plans(seconds, mount, rods, options.wave)
 
 
-def trials_file(target: Target) -> str:
-    """Return the name of the file of the trials in a target."""
-    name, radius = target.key
+def trials_file(name: str, radius: float | None) -> str:
+    """Return the name of the file of the trials in a target, by its name and radius."""
     name = re.sub(r"[^\w-]", "_", name) + ("" if radius is None else f"-{radius:g}")
     return f"trials-{name}.toml"
 
@@ -117,7 +107,7 @@ def read_plans(
     """
     mount, rods = None, list[RodPlan]()
     if not required:
-        files = {"mount": [STOPS], "coverage": [trials_file(g.target) for g in scene.targets]}
+        files = {"mount": [STOPS], "coverage": [trials_file(*g.key) for g in scene.targets]}
         there = [
             part for part, names in files.items() if all((folder / n).is_file() for n in names)
         ]
@@ -125,12 +115,13 @@ def read_plans(
             raise UserError(f"{folder}: found no plan, wanted: {STOPS}, as --plan-only writes it")
         parts = [part for part in parts if part in there]
     if "mount" in parts:
-        mount = mount_plan_of(read_model(folder / STOPS, MountPlanFile))
+        mount = read_model(folder / STOPS, MountPlanFile)
         _require_joints(folder / STOPS, scene, mount.joints)
     for goal in scene.targets if "coverage" in parts else ():
-        file = folder / trials_file(goal.target)
+        file = folder / trials_file(*goal.key)
         try:
-            rods.append(rod_plan_of(read_model(file, RodPlanFile), scene))
+            rods.append(read_model(file, RodPlanFile))
+            scene.target_named(rods[-1].target, rods[-1].target_radius)
         except ValueError as error:
             raise UserError(f"{file}: {error}") from error
         _require_joints(file, scene, rods[-1].joints)
@@ -151,11 +142,11 @@ def write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
     files = []
     with output_files(folder) as new:
         if plans.mount is not None:
-            write_mount_plan(new / STOPS, plans.mount)
+            write_text(new / STOPS, to_toml(plans.mount, file=MountPlanFile))
             files.append(STOPS)
         for plan in plans.rods:
-            files.append(trials_file(plan.target))
-            write_rod_plan(new / files[-1], plan)
+            files.append(trials_file(plan.target, plan.target_radius))
+            write_text(new / files[-1], to_toml(plan, file=RodPlanFile))
         if plans.rods:
             write_rod_pages(new / "trials.pdf", scene, plans.rods)
             files.append("trials.pdf")

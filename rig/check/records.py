@@ -205,7 +205,8 @@ def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> Co
     """Describe the trials in a target."""
     plan, was, true, guess = rod.plan, check.injected, None, None
     if was is not None or built is not None:
-        where: Places = places(check.scene, plan.target, plan.rod)
+        target = check.scene.target_named(plan.target, plan.target_radius)
+        where: Places = places(check.scene, target, plan.rod)
         if built is not None:
             guess = 100 * rod_zeta(
                 check.scene, built.setup, where, plan.rod, plan.detection, built.alive
@@ -216,8 +217,8 @@ def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> Co
     size = [2000 * plan.rod.radius, 1000 * (plan.rod.length + 2 * plan.rod.radius)]
     edge = [int((rod.tested & plan.edge & (plan.covered == c)).sum()) for c in (True, False)]
     return CoverageModel(
-        target=plan.target.key[0],
-        radius=plan.target.key[1],
+        target=plan.target,
+        radius=plan.target_radius,
         rod_mm=[round(v, 3) for v in size],
         trials=int(rod.tested.sum()),
         planned=len(rod.tested),

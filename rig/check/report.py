@@ -83,7 +83,7 @@ def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
         rows += [
             {
                 "trial": len(rows) + i,
-                "target": str(plan.target),
+                "target": plan.named,
                 "pose": int(plan.pose[i]),
                 **dict(
                     zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)
@@ -95,7 +95,7 @@ def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
                 "seen": int(rod.seen[i]) if rod.tested[i] else "",
                 "told_by": int(rod.told[i].sum()) if rod.tested[i] else "",
             }
-            for i in range(len(plan.stratum))
+            for i in range(len(plan.trials))
         ]
     return rows
 

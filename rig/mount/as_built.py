@@ -13,7 +13,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.rings.rounding import rounded
 from ...coverage.solids.base import Parts
-from ...coverage.targets.target import Target
+from ...coverage.targets.target import Target, key_text
 from ...formats.schema.base_model import StrictModel
 from ...formats.schema.field_types import Percent
 from ...formats.schema.proposal_models import ProposalFile
@@ -24,11 +24,6 @@ from ...objectives.tolerance import exact_zetas
 from ...objectives.verify import Verifier
 from .fit_record import fit_of
 from .ring_fit import RingFit
-
-
-def named(target: str, radius: float | None) -> str:
-    """Name a target of a result."""
-    return target if radius is None else f"{target}({radius:g})"
 
 
 class ZetaModel(StrictModel):
@@ -44,7 +39,7 @@ class ZetaModel(StrictModel):
     @property
     def named(self) -> str:
         """The target."""
-        return named(self.target, self.radius)
+        return key_text(self.target, self.radius)
 
 
 @dataclass(frozen=True)

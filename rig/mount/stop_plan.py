@@ -9,14 +9,20 @@ proposed setup and a few random mountings, because the actual one is unknown, an
 prior that mounting is careful.
 """
 
-from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import Field
 
+from ...coverage.definitions.definition import definition, refuse
+from ...coverage.definitions.field_types import Items
 from ...coverage.rings.ring import Setup
+from ...formats.schema.versions import Versioned
 from ...objectives.scene import Scene
 from ..poses.clear import drawn
+from ..poses.planned_pose import Poses, planned_poses, require_alike
 from ..sensing.expected import CELL, expected
 from ..sensing.noise import USUAL_NOISE
 from .mounting_error_model import LIMITS, free, grazing, moved, slopes
@@ -26,18 +32,33 @@ _CANDIDATES, _DRAWS = 240, 2
 _MEDIAN = np.pi / 2  # variance of the median of normal numbers over that of their mean
 
 
-@dataclass(frozen=True)
+@definition
 class MountPlan:
     """Stops of a mount check of R rings."""
 
-    joints: Float[np.ndarray, "P J"]
-    """Stops in the order of travel, rad."""
-    frames: int
+    frames: Annotated[int, Field(ge=1, le=100_000)]
     """Frames read at each stop."""
-    information: Float[np.ndarray, "R 4 4"]
-    """Information about each ring's ``NAMES``, in units of ``LIMITS`` to the power of minus 2,
-    without the prior.
-    """
+    stops: Poses
+    """Stops in the order of travel."""
+    information: Annotated[Items[Items[Items[float]]], Field(max_length=1000)]
+    """Information (R, 4, 4) about each ring's ``NAMES``, in units of ``LIMITS`` to the power of
+    minus 2, without the prior."""
+
+    def __post_init__(self) -> None:
+        refuse(
+            (("information", i), f"{[len(row) for row in part]}", "four rows of four")
+            for i, part in enumerate(self.information)
+            if [len(row) for row in part] != [4] * 4
+        )
+        require_alike("stops", self.stops)
+
+    @cached_property
+    def joints(self) -> Float[np.ndarray, "P J"]:
+        """Joint angles of the stops, rad."""
+        return np.array([pose.q for pose in self.stops])
+
+
+MountPlanFile = Annotated[MountPlan, Versioned()]
 
 
 def planned(
@@ -78,7 +99,7 @@ def planned(
         chosen.append(int(value.argmax()))
         total = total + each[chosen[-1]]
     order = _short_way(joints[chosen], scene.poses[0].q)
-    return MountPlan(joints[chosen][order], frames, total - np.eye(4))
+    return MountPlan(frames, planned_poses(joints[chosen][order]), (total - np.eye(4)).tolist())
 
 
 def require_cell(scene: Scene) -> None:

@@ -117,8 +117,8 @@ def check_rod(
         ValueError: if the number of trials differs from the plan, or a reading is of a sensor that
             the setup does not have.
     """
-    if len(trials) != len(plan.stratum):
-        raise ValueError(f"{len(trials)} trials, but {len(plan.stratum)} are planned")
+    if len(trials) != len(plan.trials):
+        raise ValueError(f"{len(trials)} trials, but {len(plan.trials)} are planned")
     empty = at_stops(before, setup, plan.joints)
     zones = {i: zones_at_stops(before, setup, i, plan.joints) for i in zoned(setup)}
     told, tested = np.zeros((len(trials), setup.sensors), bool), np.zeros(len(trials), bool)

@@ -14,18 +14,24 @@ should be.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from pydantic import Field
 
-from ...coverage.definitions.definition import definition
+from ...coverage.definitions.definition import definition, refuse
+from ...coverage.definitions.field_types import LONGEST_NAME, Items, Metres, Triple
+from ...coverage.definitions.units import Covered, Decimals
 from ...coverage.rings.ring import Setup
-from ...coverage.targets.target import Target
+from ...coverage.targets.named import named_target
+from ...coverage.targets.target import Target, key_text, named_kinds
 from ...coverage.voxels.octree import voxels
 from ...coverage.weight_field import WeightField
+from ...formats.schema.versions import Versioned
 from ...objectives.scene import Scene
+from ..poses.planned_pose import Poses, planned_poses
 from .coverage_edge import Told, near_edge, places_beyond
 from .rod import Detection, Rod, placeable, seen
 
@@ -53,32 +59,79 @@ class Stratum:
     """
 
 
-@dataclass(frozen=True)
-class RodPlan:
-    """Plan of T trials at P poses."""
+@definition
+class Trial:
+    """A point at which the rod is placed."""
 
-    target: Target
-    """The target."""
+    stratum: Annotated[int, Field(ge=0, le=100_000)]
+    """Number of its stratum."""
+    point: Triple[Annotated[float, Decimals(6, ge=-100, le=100)]]
+    """The rod's centre in the base frame, m."""
+
+
+@definition
+class RodPlan:
+    """Plan of T trials at P poses: the rod is placed upright, with its centre at each point."""
+
+    target: Annotated[str, Field(max_length=2 * LONGEST_NAME)]
+    """Name of the target."""
+    target_radius: Metres | None
+    """Radius of a target that has one, m."""
+    testable: Annotated[float, Covered("testable_percent")]
+    """Share of the target in which the rod can stand; all results refer to this part."""
     rod: Rod
     """The rod."""
     detection: Detection
     """When a sensor detects the rod."""
-    joints: Float[np.ndarray, "P J"]
-    """Poses of the scene, rad."""
-    strata: tuple[Stratum, ...]
+    poses: Poses
+    """Poses of the scene."""
+    strata: Annotated[Items[Stratum], Field(min_length=1, max_length=20_000)]
     """Strata of the points."""
-    stratum: Int[np.ndarray, " T"]
-    """Stratum of each trial, in the order of the trials."""
-    point: Float[np.ndarray, "T 3"]
-    """Point of each trial in the base frame, m."""
-    testable: float
-    """Share of the target in which the rod can stand; all results refer to this part."""
+    trials: Annotated[Items[Trial], Field(min_length=1, max_length=100_000)]
+    """The trials in order."""
+
+    def __post_init__(self) -> None:
+        try:
+            if self.target in named_kinds():
+                named_target(self.target, self.target_radius)
+        except ValueError as error:
+            refuse([(("target_radius",), self.target_radius, f"another: {error}")])
+        poses, strata = len(self.poses), len(self.strata)
+        refuse(
+            (("strata", i, "pose"), s.pose, f"0 to {poses - 1}")
+            for i, s in enumerate(self.strata)
+            if s.pose >= poses
+        )
+        refuse(
+            (("trials", i, "stratum"), t.stratum, f"0 to {strata - 1}")
+            for i, t in enumerate(self.trials)
+            if t.stratum >= strata
+        )
+
+    @property
+    def named(self) -> str:
+        """The target."""
+        return key_text(self.target, self.target_radius)
+
+    @cached_property
+    def joints(self) -> Float[np.ndarray, "P J"]:
+        """Joint angles of the poses, rad."""
+        return np.array([pose.q for pose in self.poses])
+
+    @cached_property
+    def point(self) -> Float[np.ndarray, "T 3"]:
+        """Point of each trial in the base frame, m."""
+        return np.array([trial.point for trial in self.trials])
+
+    @cached_property
+    def stratum(self) -> Int[np.ndarray, " T"]:
+        """Stratum of each trial."""
+        return np.array([trial.stratum for trial in self.trials])
 
     def _of_strata(self, key: str) -> np.ndarray:
         """Return what the stratum of each trial states (T,)."""
-        each = [getattr(stratum, key) for stratum in self.strata]
-        stated: np.ndarray = np.array(each)[self.stratum]
-        return stated
+        stated: np.ndarray = np.array([getattr(stratum, key) for stratum in self.strata])
+        return stated[self.stratum]
 
     @property
     def pose(self) -> Int[np.ndarray, " T"]:
@@ -212,18 +265,19 @@ def plan_rod(
             point.append(some[rng.choice(len(some), wanted, replace=False)])
             strata.append(s)
     order = _order(np.array(stratum), strata, rng)
-    joints = np.array([p.q for p in scene.poses])
-    every = np.concatenate(point)[order]
+    every = np.concatenate(point)
     return RodPlan(
-        target,
-        rod,
-        detection,
-        joints,
-        tuple(strata),
-        np.array(stratum)[order],
-        every,
-        where.testable,
+        *target.key,
+        testable=where.testable,
+        rod=rod,
+        detection=detection,
+        poses=planned_poses(np.array([p.q for p in scene.poses])),
+        strata=strata,
+        trials=[Trial(stratum[i], tuple(every[i].tolist())) for i in order],
     )
+
+
+RodPlanFile = Annotated[RodPlan, Versioned()]
 
 
 def _order(

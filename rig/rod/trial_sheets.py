@@ -52,7 +52,7 @@ def write_rod_pages(path: Path, scene: Scene, plans: Sequence[RodPlan]) -> None:
         for plan in plans:
             for page in rod_pages(scene, plan, first):
                 file.savefig(page)
-            first += len(plan.stratum)
+            first += len(plan.trials)
     write_bytes(path, made.getvalue())
 
 
@@ -63,7 +63,7 @@ def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any, first: int) -> Fi
         f"{2000 * rod.radius:.0f} mm thick, {1000 * (rod.length + 2 * rod.radius):.0f} mm long"
         " overall"
     )
-    title = f"Test rod in {plan.target}, pose {pose}"
+    title = f"Test rod in {plan.named}, pose {pose}"
     figure.text(0.07, 0.962, title, fontsize=15, weight="bold", color=_INK)
     text = (
         f"Joints {q}°. Rod upright, {size}.\nx, y, z: its centre, mm, in {frame_text(scene.robot)};"

@@ -7,7 +7,6 @@ from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.check_data import CheckData
 from place_rings.rig.check.models import AboutFile
-from place_rings.rig.check.plan_files import mount_plan_model, rod_plan_model
 from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import Kind, Record
@@ -34,8 +33,8 @@ def about_file(name, scene, setup, stops, plans, **more):
         stale_s=0.08,
         ports=[Port(name=f"port {i}", count=g.count, baud=460800) for i, g in ports],
         seconds=1.0,
-        stops=mount_plan_model(stops) if stops else None,
-        trials=[rod_plan_model(plan) for plan in plans],
+        stops=stops,
+        trials=plans,
         version="0",
         **{"wave": True, "voxel": 0.1, **more},
     )

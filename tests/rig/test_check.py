@@ -150,12 +150,12 @@ def test_a_rig_without_errors_and_faults_is_as_proposed(taped, tmp_path):
 def test_the_procedure_says_why_it_skips_a_stop(taped):
     session, stand = Mock(spec=Session), lambda q, words: words[5] == "3"
     operator = Operator(lambda joints: [3, 1], stand, Mock(), Mock(), Mock())
-    session.trouble, session.patience = "", 1.0
+    session.trouble, session.patience = "", 0.0
     session.rings = Mock(spec=RingReaders, counts=[Counts()])
     said = []
     session.say = lambda what, **more: said.append((0.0, {"what": what, **more}))
     mount = taped.checked.plans.mount
-    run(session, Plans(None, replace(mount, joints=mount.joints[:4], frames=-1)), operator)
+    run(session, Plans(None, replace(mount, stops=mount.stops[:4])), operator)
     assert [s.number for s in spans(said)] == [3]
     why = skipped(said, "mount")
     assert why.keys() == {0, 1, 2}

@@ -17,13 +17,14 @@ from place_rings.coverage.robots.robot import Robot
 from place_rings.formats.recorded_motion import read_record, with_record
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_chain import pick_chain
+from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.trajectory import Thinning
 from place_rings.rig.check.offline import file_check
 from place_rings.rig.check.options import CheckOptions, FileOptions
-from place_rings.rig.check.plan_files import write_mount_plan
 from place_rings.rig.check.procedure import skipped
+from place_rings.rig.mount.stop_plan import MountPlanFile
 from place_rings.rig.poses.itinerary import Itinerary
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.robot.state import State
@@ -125,7 +126,7 @@ def test_readings_belong_to_a_stop_after_any_number_of_turns(seed):
 
 def test_stops_of_a_plan_are_found_a_turn_away(stops, tmp_path):
     """Each joint of a UR10 but the elbow is a full turn farther, where its limits allow."""
-    write_mount_plan(tmp_path / "stops.toml", stops)
+    (tmp_path / "stops.toml").write_text(to_toml(stops, file=MountPlanFile))
     there = stops.joints - math.tau * np.sign(stops.joints) * np.array([1, 1, 0, 1, 1, 1])
     time = np.concatenate([3 * k + np.arange(100) / 50 for k in range(len(there))])
     written(tmp_path / "joints.csv", SCENE.robot, np.repeat(there, 100, axis=0), time)

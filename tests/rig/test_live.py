@@ -250,7 +250,7 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(
     setup = Setup(tuple(replace(r, serial=s) for r, s in zip(SETUP.rings, SERIALS, strict=True)))
     small = proposed(tmp_path, setup, scene)
     monkeypatch.setattr(rig_options, "Port", partial(Port, patience=25.0))
-    few = replace(plans.mount, joints=plans.mount.joints[:3])
+    few = replace(plans.mount, stops=plans.mount.stops[:3])
     monkeypatch.setattr(
         check_runs,
         "plan_check",
