@@ -8,8 +8,7 @@ from ._errors import input_errors
 from ._improvement import Improvement
 from ._options import called_with
 from ._scene import Scene
-from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
-from .objectives.scene import Scene as CoreScene
+from ._validation import SetupCall, check_scene, resolve_setup
 from .objectives.verify import Verifier
 from .placement.redesign import redesign
 from .placement.search.context import SearchContext
@@ -47,29 +46,20 @@ def improve(call: ImproveCall) -> Improvement:
         >>> better.coverage >= better.before
         True
     """
-    return improved(call.setup, call.scene, call, call.progress or (lambda progress: None))
-
-
-def improved(
-    setup: SetupLike,
-    scene: Scene | CoreScene | None,
-    options: ImproveOptions,
-    tell: Callable[[Progress], None],
-) -> Improvement:
-    """Improve a setup; see ``improve``."""
-    name, mounted, core = resolve_setup(setup, scene)
-    check_scene(core, options.voxel)
-    context = SearchContext(Verifier(core, options.voxel), tell=tell).within(options.limit)
+    name, mounted, core = resolve_setup(call.setup, call.scene)
+    check_scene(core, call.voxel)
+    tell = call.progress or (lambda progress: None)
+    context = SearchContext(Verifier(core, call.voxel), tell=tell).within(call.limit)
     with input_errors():
-        result = redesign.improve(mounted, options, context)
-    command = f"place_rings.improve(..., seed={options.seed})"
+        result = redesign.improve(mounted, call, context)
+    command = f"place_rings.improve(..., seed={call.seed})"
     return Improvement(
         name,
         Scene.of(core),
         result,
-        options.changes,
-        options.add_sensors,
-        options.seed,
+        call.changes,
+        call.add_sensors,
+        call.seed,
         command,
         verifier=context.verifier,
     )

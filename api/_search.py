@@ -91,35 +91,29 @@ def search(call: SearchCall) -> Proposal:
         8
     """
     scene = core_scene(CoreScene() if call.scene is None else call.scene)
-    return searched(scene, call, call.progress or (lambda progress: None))
-
-
-def searched(
-    scene: CoreScene, options: SearchOptions, tell: Callable[[Progress], None]
-) -> Proposal:
-    """Search a scene; see ``search``."""
-    seed, aim = options.seed, criterion(scene, options)
+    tell = call.progress or (lambda progress: None)
+    seed, aim = call.seed, criterion(scene, call)
     with input_errors(but=(InfeasibleError,)):
-        space = space_of(options, scene)
-    if options.gap:
+        space = space_of(call, scene)
+    if call.gap:
         _check_gap(scene, aim)
-    check_scene(scene, options.voxel)
+    check_scene(scene, call.voxel)
     check_search_sight(scene)
     with input_errors("device"):
-        accelerated(options.device)
+        accelerated(call.device)
     tell(Progress())
-    verifier = Verifier(scene, options.voxel)
+    verifier = Verifier(scene, call.voxel)
     context = SearchContext(verifier, aim, tell)
     reached = fewest = repeated = None
     with input_errors(but=(InfeasibleError,)):
-        if options.reach is not None:
-            reached = fewest_sensors(options, context)
+        if call.reach is not None:
+            reached = fewest_sensors(call, context)
             result = reached.result
-        elif options.fewest:
-            fewest = fewest_rings(space, options, context)
+        elif call.fewest:
+            fewest = fewest_rings(space, call, context)
             result = fewest.result
         else:
-            repeated = repeated_search(partial(searching.search, space), options, context)
+            repeated = repeated_search(partial(searching.search, space), call, context)
             result, seed = repeated.result, repeated.seed
     return Proposal(
         result.setup,
@@ -128,12 +122,12 @@ def searched(
         criterion=aim,
         seed=seed,
         reach=reached,
-        wanted_percent=options.reach,
-        bound=_bound(scene, options, space, result.setup, aim) if options.gap else None,
+        wanted_percent=call.reach,
+        bound=_bound(scene, call, space, result.setup, aim) if call.gap else None,
         fewest=fewest,
-        repeated=repeated if options.searches > 1 else None,
+        repeated=repeated if call.searches > 1 else None,
         command=f"place_rings.search(..., seed={seed})",
-        gapped=options.gap,
+        gapped=call.gap,
         verifier=verifier,
     )
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..coverage.definitions.definition import definition
 from ..coverage.definitions.field_types import Items, Metres
+from ..coverage.definitions.records import JsonRecord
 from ..coverage.definitions.units import Covered
 from ..coverage.rings.ring import Setup
 from ..coverage.targets.target import Target
@@ -35,7 +36,7 @@ class Loss:
 
 
 @definition(kw_only=True)
-class Redundancy(OfTarget):
+class Redundancy(OfTarget, JsonRecord):
     """Redundancy for one target, counted at one point in each voxel.
 
     Shares are weighted means over poses. A failed sensor is lost in all poses, so each loss is

@@ -1,17 +1,17 @@
 """Records of zeta, counted or certified: of one target at one pose, and over all poses."""
 
 import math
-import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import field, replace
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, PlainSerializer, PlainValidator
 from pydantic.json_schema import SkipJsonSchema
 
 from ..coverage.choices import Rule
-from ..coverage.definitions.definition import adapter, definition, fault
+from ..coverage.definitions.definition import definition, fault
 from ..coverage.definitions.field_types import Items, Metres
+from ..coverage.definitions.records import JsonRecord
 from ..coverage.definitions.units import Covered, Millimetres
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
@@ -200,7 +200,7 @@ class OfTarget:
 
 
 @definition(kw_only=True)
-class Verified(WithInterval, OfTarget):
+class Verified(WithInterval, OfTarget, JsonRecord):
     """Coverage of a target by a setup, counted or certified, over all poses. A proposal with many
     poses omits ``poses``."""
 
@@ -273,19 +273,6 @@ class Verified(WithInterval, OfTarget):
     def __post_init__(self) -> None:
         WithInterval.__post_init__(self)
         OfTarget.__post_init__(self)
-
-    def __getattr__(self, name: str) -> Any:
-        """Return the value of a key in percent, as records had it by the key's name before."""
-        if not name.endswith(("_percent", "_points")) or name not in (keys := self.model_dump()):
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        message = f"{name} is now a share; or read model_dump()[{name!r}]"
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
-        return keys[name]
-
-    def model_dump(self, mode: Literal["json", "python"] = "json") -> dict[str, Any]:
-        """Return the keys and values that ``verify --json`` prints."""
-        keys: dict[str, Any] = adapter(Verified).dump_python(self, mode=mode, by_alias=True)
-        return keys
 
     def in_scene(self, name: str, scene: Scene) -> Self:
         """Return the record with the name of its setup and, of its scene, the occlusion model, the

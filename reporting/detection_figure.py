@@ -145,12 +145,12 @@ def _rose(ax: Axes, found: Approaches, sectors: int) -> None:
         lw=0.8,
     )
     for s in range(sectors):
-        if not (some := sector == s).any():
+        if not (here := sector == s).any():
             continue
-        share, low, high = found.share(some)
-        at = (s + 0.5) * width
-        ax.bar(at, 100 * share, width=width, color=_GOOD, edgecolor="white", lw=0.8, alpha=0.9)
-        ax.plot([at, at], [100 * low, 100 * high], color=INK, lw=1.0)
+        share, at = found.share(here), (s + 0.5) * width
+        high = 100 * share.share
+        ax.bar(at, high, width=width, color=_GOOD, edgecolor="white", lw=0.8, alpha=0.9)
+        ax.plot([at, at], [100 * share.low, 100 * share.high], color=INK, lw=1.0)
     ax.set_ylim(0, 100)
     ax.set_yticks([25, 50, 75, 100], ["25", "50", "75", "100 %"], fontsize=7.5, color=GREY)
     ax.set_xticks(

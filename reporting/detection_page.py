@@ -9,17 +9,11 @@ from typing import Any
 import numpy as np
 
 from ..coverage.definitions.escaping import printable_lines
-from ..formats.schema.separation_models import SafetyResult, ShareModel
-from ..simulation.detection import Approaches
+from ..simulation.detection import Approaches, ApproachShare
 from ..simulation.motion_samples import STEP, Moments
+from ..simulation.safety import SafetyResult
 from .pages import table
 
-DISCLAIMER = (
-    "place-rings is an engineering aid. Nothing here confers a safety rating: the sensors of its"
-    " catalogue are not safety-rated, and coverage is not detection. Compliance with the standards"
-    " for protective devices (ISO 13855, ISO 10218-2, IEC 61496) must be demonstrated on the real"
-    " cell by those responsible for it."
-)
 UNLISTED = (
     "The sensor is not in the catalogue: its nominal range is used, for any target and light."
 )
@@ -57,14 +51,15 @@ def page(r: SafetyResult, command: str) -> str:
         (
             f"{d.from_deg:.0f}–{d.to_deg:.0f}",
             str(d.approaches),
-            f"{d.percent:.1f}",
-            f"{d.low_percent:.1f}–{d.high_percent:.1f}",
+            f"{100 * d.share:.1f}",
+            _between(d, "–"),
         )
         for d in r.by_direction
     ]
     text = _TEMPLATE.read_text("utf-8").format(
         r=r,
         s=s,
+        in_time=f"**{100 * r.in_time.share:.1f} %** ({_between(r.in_time)})",
         command=command,
         during=_during(r),
         speeds="joint speeds along the motion"
@@ -84,10 +79,14 @@ def page(r: SafetyResult, command: str) -> str:
     return printable_lines(text)
 
 
-def _farther(r: SafetyResult, far: ShareModel) -> str:
+def _between(share: ApproachShare, to: str = " to ") -> str:
+    return f"{100 * share.low:.1f}{to}{100 * share.high:.1f}"
+
+
+def _farther(r: SafetyResult, far: ApproachShare) -> str:
     return (
-        f"If the same beams had a range of {r.range_needed_m:.2f} m, {far.percent:.1f} %"
-        f" ({far.low_percent:.1f} to {far.high_percent:.1f}) would be in time. The rest is missed"
+        f"If the same beams had a range of {r.range_needed_m:.2f} m, {100 * far.share:.1f} %"
+        f" ({_between(far)}) would be in time. The rest is missed"
         " between the beams, not beyond their range."
     )
 
@@ -119,7 +118,7 @@ def _reach(r: SafetyResult) -> str:
         )
     return (
         f"**The sensors reach {r.range_m:.2f} m. The fastest part requires {r.range_needed_m:.2f}"
-        f" m; {r.range_m:.2f} m suffice at {r.range_suffices_percent:.0f} % of the moments.** At"
+        f" m; {r.range_m:.2f} m suffice at {100 * r.range_suffices:.0f} % of the moments.** At"
         " the other moments, sensors on the fastest part detect a person too late, whatever their"
         " direction. Slow the robot down, shorten its stop, or choose sensors with a longer range."
     )

@@ -19,6 +19,7 @@ stop.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import jax
 import jax.numpy as jnp
@@ -26,14 +27,16 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy import stats
 
+from ..coverage.definitions.definition import definition
+from ..coverage.definitions.units import Covered
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.occlusion.ranging import slabs
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
-from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.solids.segments import segment_to_segment
 from ..objectives.scene import Scene
+from ..objectives.verified import High, Low
 from .human import PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .motion_samples import STEP, Moments
 from .sightings import seen_by
@@ -62,6 +65,18 @@ class Timing:
         return self.period + self.latency
 
 
+@definition
+class ApproachShare:
+    """A share of approaches with its 95 % interval (Wilson)."""
+
+    share: Annotated[float, Covered("percent")]
+    """Share."""
+    low: Low
+    """Lower end of the interval."""
+    high: High
+    """Upper end of the interval."""
+
+
 @dataclass(frozen=True)
 class Approaches:
     """Results of A approaches.
@@ -86,15 +101,11 @@ class Approaches:
     walk: int
     """Number of steps of a walk."""
 
-    def share(
-        self, some: slice | Bool[np.ndarray, " A"] = slice(None), confidence: float = 0.95
-    ) -> tuple[float, float, float]:
-        """Return the share of approaches in time, with its Wilson interval."""
-        in_time = self.in_time[some]
-        low, high = stats.binomtest(int(in_time.sum()), len(in_time)).proportion_ci(
-            confidence, "wilson"
-        )
-        return float(in_time.mean()), float(low), float(high)
+    def share(self, chosen: slice | Bool[np.ndarray, " A"] = slice(None)) -> "ApproachShare":
+        """Return the share of approaches in time."""
+        in_time = self.in_time[chosen]
+        ends = stats.binomtest(int(in_time.sum()), len(in_time)).proportion_ci(0.95, "wilson")
+        return ApproachShare(in_time.mean(), *ends)
 
 
 def floor_of(scene: Scene) -> float:
@@ -150,57 +161,52 @@ def start_of(robot: Robot, setup: Setup, moments: Moments) -> float:
 
 
 def approach(
-    robot: Robot,
+    scene: Scene,
     setup: Setup,
     moments: Moments,
     timing: Timing,
-    speed: float,
     azimuths: Float[np.ndarray, " A"],
     seed: int,
     occlusion: Occlusion = "shadow",
     start: float | None = None,
     tell: Callable[[int], object] = lambda done: None,
-    obstacles: tuple[Polyhedron, ...] = (),
-    floor: float = -PEDESTAL,
 ) -> Approaches:
-    """Simulate a walk from each of ``azimuths`` at ``speed`` m/s that ends at a random moment of
-    the motion.
+    """Simulate a walk from each of ``azimuths`` that ends at a random moment of the motion.
 
     Args:
-        robot, setup: the robot, and the setup whose sensors observe.
+        scene: the robot, the person's speed and floor, and the obstacles, which occlude but do not
+            stop the person.
+        setup: the setup whose sensors observe.
         moments: moments of the motion; their separation distances exclude period and latency.
         timing: timing of the sensors.
-        speed: walking speed, m/s.
         azimuths: directions (A,), rad.
         seed: random seed of the moments.
         occlusion: occlusion model.
         start: distance at which walks begin, m; by default ``start_of``.
         tell: receives the number of finished approaches.
-        obstacles: obstacles of the cell; they occlude but do not stop the person.
-        floor: height of the floor, m.
     """
-    rng = np.random.default_rng(seed)
-    body = walker(speed, start_of(robot, setup, moments) if start is None else start, floor)
+    rng, robot, obstacles = np.random.default_rng(seed), scene.robot, scene.obstacles
+    start = start_of(robot, setup, moments) if start is None else start
+    body = walker(scene.safety.human, start, floor_of(scene))
     steps = len(body.start)
     counts = ball_counts(np.linalg.norm(body.end[0] - body.start[0], axis=1), body.radius, _ERROR)
     which = np.stack([moments.drawn(rng, steps) for _ in azimuths])
     held, late = (np.ceil(s / STEP - 1e-9).astype(int) for s in (timing.period, timing.spent))
     columns = []
     for first in range(0, len(azimuths), _AT_ONCE):
-        some = slice(first, first + _AT_ONCE)
+        batch = slice(first, first + _AT_ONCE)
         a, b = (
-            np.concatenate([turned(p, phi) for phi in azimuths[some]])
+            np.concatenate([turned(p, phi) for phi in azimuths[batch]])
             for p in (body.start, body.end)
         )
-        at = which[some].ravel()
+        at = which[batch].ravel()
         rows = (a, b, moments.start[at], moments.end[at], moments.asked[at])
         clear = slabs(
             _clearances, rows, (jnp.asarray(body.radius), jnp.asarray(moments.radius)), _SLAB
         )
-        seen = seen_by(
-            robot, setup, moments, at, balls_along(a, b, body.radius, counts), occlusion, obstacles
-        )
-        shape = (len(which[some]), steps)
+        balls, bodies = balls_along(a, b, body.radius, counts), tuple(o.body for o in obstacles)
+        seen = seen_by(robot, setup, moments, at, balls, occlusion, bodies)
+        shape = (len(which[batch]), steps)
         columns.append(_judged(clear.reshape(*shape, 2), seen.reshape(*shape, -1), held, late))
         tell(min(first + _AT_ONCE, len(azimuths)))
     sight, report, at_break, broken, in_time = (

@@ -1,6 +1,5 @@
 """The search, which runs without a command."""
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -44,7 +43,7 @@ def place(
 
     The help of the program (in app.py) replaces this docstring.
     """
-    from place_rings._search import InfeasibleError, searched
+    from place_rings._search import InfeasibleError
 
     from ...formats.loader import with_sensor
     from ...objectives.scene import Scene
@@ -55,6 +54,6 @@ def place(
     scene = with_sensor(scene, sensing.selected(scene.sensor))
     scene = motion.applied(with_floors(scene, at_least), worst)
     try:
-        run(partial(searched, scene, options), scene, options.voxel, out, as_json)
+        run(scene, options, out, as_json)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

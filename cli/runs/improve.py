@@ -6,7 +6,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from place_rings._improve import improved
+from place_rings._improve import improve as improved
 from place_rings._improvement import Improvement, improvement_files, write_improvement
 from place_rings._validation import ResolvedSetup
 
@@ -57,7 +57,7 @@ def _searched(subject: ResolvedSetup, options: ImproveOptions, console: Terminal
             best = f"best so far {100 * p.best:.1f} %"
             bar.update(task, description=what, total=p.climbs, completed=p.done, best=best)
 
-        return improved(subject, None, options, tell)
+        return improved(subject, progress=tell, **vars(options))
 
 
 def _print_broken(improvement: Improvement, log: Terminal) -> None:

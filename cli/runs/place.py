@@ -2,17 +2,18 @@
 
 import shlex
 import sys
-from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 from place_rings._proposal import Proposal, write_proposal
+from place_rings._search import search
 
 from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.writing import output_files, write_text
 from ...objectives.scene import Scene
 from ...objectives.verified import Verified
+from ...placement.search.options import SearchOptions
 from ...placement.search.progress import Outcome, Progress
 from ...placement.search.result import SearchResult
 from ...reporting.comparison import papers
@@ -46,23 +47,15 @@ from ...reporting.text import counted
 from .late_progress import late_progress
 
 _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
-Find = Callable[[Callable[[Progress], None]], Proposal]
 _INTERRUPTED = "interrupted: the comparison is incomplete; the proposal is kept"
 
 
-def place(
-    find: Find,
-    scene: Scene,
-    voxel: float,
-    out: Path,
-    as_json: bool,
-) -> None:
+def place(scene: Scene, options: SearchOptions, out: Path, as_json: bool) -> None:
     """Search a placement, compare it with the paper's layouts, and write and print it.
 
     Args:
-        find: runs the search; it takes a callback for its progress.
         scene: the scene.
-        voxel: side of a voxel, m.
+        options: options of the search.
         out: output folder.
         as_json: print JSON instead of text.
 
@@ -72,7 +65,7 @@ def place(
     console, log = Terminal(), Terminal(stderr=True)
     with output_files(out, *_FILES.values(), keep=True) as new:
         proposal = replace(
-            _searched(find, scene, log), command=shlex.join(["place-rings", *sys.argv[1:]])
+            _searched(scene, options, log), command=shlex.join(["place-rings", *sys.argv[1:]])
         )
         comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
         mine = proposal.own_records(comparison)
@@ -90,14 +83,14 @@ def place(
     if as_json:
         say_json(record.model_dump_json(indent=2))
         return
-    _show(proposal, record, mine, voxel, console)
+    _show(proposal, record, mine, options.voxel, console)
     for path in paths.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)
     report = shlex.join(["place-rings", "report", paths["proposal"], "--out", str(out)])
     console.print(f"For a report: {report}", highlight=False, soft_wrap=True)
 
 
-def _searched(find: Find, scene: Scene, console: Terminal) -> Proposal:
+def _searched(scene: Scene, options: SearchOptions, console: Terminal) -> Proposal:
     """Return the result of the search; its progress goes to ``console``, and then the parts of the
     target that no sensor reaches, which are computed meanwhile."""
     lines = list[Future[list[str]]]()
@@ -125,7 +118,7 @@ def _searched(find: Find, scene: Scene, console: Terminal) -> Proposal:
             best = f"best so far {100 * p.best:.1f} %"
             bar.update(task, description=what, total=total, completed=done, best=best)
 
-        proposal = find(tell)
+        proposal = search(scene, progress=tell, **vars(options))
     for line in (line for each in lines for line in each.result()):
         console.print(line, highlight=False, soft_wrap=True)
     return proposal

@@ -5,15 +5,17 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from place_rings._safety import FILES, simulated
+from place_rings._safety import FILES
+from place_rings._safety import safety as simulated
 from place_rings._trajectory import Trajectory
 from place_rings._validation import ResolvedSetup
 
-from ...formats.schema.separation_models import SafetyResult
+from ...coverage.definitions.definition import json_of
 from ...formats.writing import made_folder
 from ...reporting.lines.results import formula, sensor_lines
 from ...reporting.progress import ProgressBar
 from ...reporting.terminal import Terminal, say_json
+from ...simulation.safety import SafetyResult
 from ...simulation.safety_options import SafetyOptions
 
 # default reflectance: the darkest with a stated range for the most common sensor
@@ -44,25 +46,25 @@ def safety(
             def tell(done: int, total: int) -> None:
                 bar.update(task, completed=done, total=total)
 
-            report = simulated(subject, None, trajectory, options, tell)
+            report = simulated(subject, trajectory=trajectory, progress=tell, **vars(options))
         command = shlex.join(["place-rings", *sys.argv[1:]])
         replace(report, command=command).save(folder)
     if as_json:
-        say_json(report.record.model_dump_json(indent=2))
+        say_json(json_of(report.record))
         return
     _show(report.record, folder)
 
 
 def _show(r: SafetyResult, folder: Path) -> None:
-    console = Terminal()
+    console, share = Terminal(), r.in_time
 
     def say(text: str) -> None:
         console.print(text, highlight=False, soft_wrap=True)
 
     say(
-        f"{r.setup}: {r.in_time.percent:.1f} % of {r.approaches} approaches are reported in time"
-        f" (95 % interval {r.in_time.low_percent:.1f} to {r.in_time.high_percent:.1f});"
-        f" {r.never_reported} are not reported before contact."
+        f"{r.setup}: {100 * share.share:.1f} % of {r.approaches} approaches are reported in time"
+        f" (95 % interval {100 * share.low:.1f} to {100 * share.high:.1f}); {r.never_reported} are"
+        " not reported before contact."
     )
     say(
         f"Separation distance at the fastest part: {formula(r.separation)} (ISO/TS 15066). The"
@@ -72,12 +74,12 @@ def _show(r: SafetyResult, folder: Path) -> None:
         say(
             f"The range of the sensors is too short: it is {r.range_m:.2f} m, but"
             f" {r.range_needed_m:.2f} m are needed. It suffices during"
-            f" {r.range_suffices_percent:.0f} % of the motion."
+            f" {100 * r.range_suffices:.0f} % of the motion."
         )
     if r.if_far_enough is not None:
         say(
             f"With the same beams and a range of {r.range_needed_m:.2f} m,"
-            f" {r.if_far_enough.percent:.1f} % would be reported in time."
+            f" {100 * r.if_far_enough.share:.1f} % would be reported in time."
         )
     if not r.separation.speeds_known:
         say(

@@ -15,7 +15,7 @@ MODELS = {
     "robustness": ("..objectives.robustness", "Robustness"),
     "result": ("proposal_models", "SearchFile"),
     "improve": ("redesign_models", "ImproveResult"),
-    "safety": ("separation_models", "SafetyResult"),
+    "safety": ("..simulation.safety", "SafetyResult"),
     "report": ("written_models", "ReportResult"),
     "export": ("written_models", "ExportResult"),
     "sensors": ("sensor_pose_models", "SensorPosesFile"),

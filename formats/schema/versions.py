@@ -13,11 +13,10 @@ from pydantic import Field, ValidationInfo, model_validator
 from pydantic_core import core_schema
 
 from ...coverage.definitions.definition import refuse
+from ...coverage.definitions.records import FILE_VERSION
 from ...coverage.sensors.effective_range import OwnModel
 from .base_model import StrictModel
 
-FILE_VERSION = 2
-"""Version of the files that are written."""
 _UNSTATED = 1
 FROM_FILE = {"from_file": True}
 """Context for ``model_validate`` of data read from a file; keys built in code have the current

@@ -28,7 +28,6 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.schema.proposal_models import SearchFile
 from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.formats.schema.separation_models import SafetyResult
 from place_rings.formats.schema.written_models import ExportResult
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.robustness import Robustness
@@ -40,6 +39,7 @@ from place_rings.placement.search.options import SearchOptions
 from place_rings.placement.search.schedule import Round
 from place_rings.placement.search.several_searches import space_of
 from place_rings.reporting import comparison
+from place_rings.simulation.safety import SafetyResult
 from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.pareto import study as pareto
 
@@ -412,8 +412,8 @@ def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_p
         "safety", "n1_8_0", *sensor, "--scene", "floor.toml", "--out", "found", "--json"
     )
     assert code == 0
-    found = SafetyResult.model_validate_json(out)
-    assert found.in_time.percent <= found.if_far_enough.percent
+    found = adapter(SafetyResult).validate_json(out)
+    assert found.in_time.share <= found.if_far_enough.share
     assert found.range_m < found.range_needed_m
     assert found.sensors[0].reflectance == 0.17
     assert found.floor_m == -0.9

@@ -10,7 +10,6 @@ import place_rings as pr
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings._safety import SafetyOptions, motion_of
 from place_rings.coverage.electronics.controllers import CONTROLLERS
 from place_rings.coverage.electronics.drivers import DRIVERS, driver
 from place_rings.coverage.electronics.electronics import Electronics, most_on_ring
@@ -35,6 +34,8 @@ from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.cable_section import cable_section
 from place_rings.reporting.setup_report.facts import Facts
 from place_rings.reporting.setup_report.verdicts import overall, verdicts
+from place_rings.simulation.safety import motion_of
+from place_rings.simulation.safety_options import SafetyOptions
 
 from ..support.refusals import refused
 

@@ -46,19 +46,19 @@ def timing(setup, period=0.02, latency=0.0):
     return Timing(np.full(setup.sensors, period), latency)
 
 
-def run(setup, moments=STILL, **options):
-    options = {"occlusion": "ignore", **options}
-    when = options.pop("when", timing(setup))
-    return approach(UR10, setup, moments, when, 1.6, AZIMUTHS, 0, **options)
+def run(setup, moments=STILL, robot=UR10, obstacles=(), **options):
+    options = {"occlusion": "ignore", "timing": timing(setup), **options}
+    scene = paper_scene(robot=robot, obstacles=obstacles)
+    return approach(scene, setup, moments, azimuths=AZIMUTHS, seed=0, **options)
 
 
 def test_sensors_that_see_nothing_report_nobody():
     found = run(named_setup("n1_8_0", Sensor(range_m=1e-3)))
     assert not found.in_time.any()
     assert np.isnan(found.report).all()
-    share, low, high = found.share()
-    assert share == low == 0
-    assert 0 < high < 1
+    share = found.share()
+    assert share.share == share.low == 0
+    assert 0 < share.high < 1
 
 
 def test_sensors_that_see_all_around_and_far_report_everybody():
@@ -117,7 +117,7 @@ def test_later_shorter_or_hidden_never_helps(worse):
         }[worse]
         other = run(
             setup,
-            when=timing(setup, *changed),
+            timing=timing(setup, *changed),
             occlusion=worse if worse in ("shadow", "blind") else "ignore",
         )
     assert np.all(np.nan_to_num(other.report, nan=-1) <= np.nan_to_num(best.report, nan=-1) + 1e-6)
@@ -166,8 +166,7 @@ def test_a_sight_shorter_than_a_period_counts_for_nothing(seed):
 
 def test_walks_begin_beyond_all_that_is_asked_and_seen_whatever_reach_a_robot_states():
     setup = named_setup("n1_8_0")
-    tiny = replace(UR10, reach=0.01)
-    found = approach(tiny, setup, STILL, timing(setup), 1.6, AZIMUTHS, 0, occlusion="ignore")
+    found = run(setup, robot=replace(UR10, reach=0.01))
     assert found.broken_step.min() > 0
     assert np.all(
         found.sight
@@ -177,7 +176,7 @@ def test_walks_begin_beyond_all_that_is_asked_and_seen_whatever_reach_a_robot_st
 
 def test_a_wall_hides_who_is_behind_it_and_nobody_else():
     setup, wall = named_setup("n2_16_25"), box([1.2, 0, 0], [0.02, 3.0, 6.0])
-    free, found = run(setup), run(setup, obstacles=(wall,))
+    free, found = run(setup), run(setup, obstacles=(Obstacle("wall", wall),))
     assert np.all(np.nan_to_num(found.report, nan=-1) <= np.nan_to_num(free.report, nan=-1) + 1e-6)
     ahead, behind = 0, 4  # of the azimuths: from +x and from -x
     assert found.sight[ahead] < free.sight[ahead] - 0.2
