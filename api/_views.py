@@ -4,20 +4,19 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ._errors import InputError, input_errors, writable
-from ._scene import Scene
-from ._validation import SetupLike, check_scene, resolve_setup
+from ._options import called_with
+from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
 from .coverage.soft.sampling import EmptySolidError
-from .objectives.scene import Scene as CoreScene
+from .viewer.options import ViewOptions
 
 if TYPE_CHECKING:
     from .viewer.server import Server
-
-LOOPBACK = "127.0.0.1"
 
 
 class View:
@@ -54,35 +53,28 @@ class View:
         return f'<a href="{escape(self.url)}" target="_blank">{escape(self.url)}</a>'
 
 
-def view(
-    setup: SetupLike,
-    scene: Scene | CoreScene | None = None,
-    *,
-    compare: SetupLike | None = None,
-    folder: str | Path | None = None,
-    urdf: str | Path | None = None,
-    packages: Sequence[str | Path] = (),
-    package: Mapping[str, str | Path] | None = None,
-    host: str = LOOPBACK,
-    port: int = 0,
-    browser: bool = True,
-    wait: bool | None = None,
-) -> View:
-    """Show a setup in a browser: robot, rings, beams, covered and uncovered points.
+@dataclass(frozen=True)
+class ViewCall(ViewOptions, SetupCall):
+    """A call of ``view``."""
 
-    Args:
-        setup, scene: as in ``verify``.
-        compare: a second setup to show beside the first, in the same scene.
-        folder: folder in which the page may save proposals and pictures; None disables saving.
-        urdf: URDF whose meshes show the robot's surface.
-        packages: folders with the meshes of that URDF.
-        package: folders of its packages by the packages' names, where the folders have others.
-        host: address of the server; by default only this machine can connect. The page opens at
-            its whole address only, whose last part is a random token.
-        port: port of the server; 0 for any free port.
-        browser: whether to open the page in the browser.
-        wait: whether to serve until Ctrl-C before returning. The default is True in a script, and
-            False in a notebook or at a prompt.
+    compare: SetupLike | None = field(default=None, kw_only=True)
+    """A second setup to show beside the first, in the same scene."""
+    folder: str | Path | None = field(default=None, kw_only=True)
+    """Folder in which the page may save proposals and pictures; None disables saving."""
+    urdf: str | Path | None = field(default=None, kw_only=True)
+    """URDF whose meshes show the robot's surface."""
+    packages: Sequence[str | Path] = field(default=(), kw_only=True)
+    """Folders with the meshes of that URDF."""
+    package: Mapping[str, str | Path] | None = field(default=None, kw_only=True)
+    """Folders of its packages by the packages' names, where the folders have others."""
+    wait: bool | None = field(default=None, kw_only=True)
+    """Whether to serve until Ctrl-C before returning. The default is True in a script, and False in
+    a notebook or at a prompt."""
+
+
+@called_with(ViewCall)
+def view(call: ViewCall) -> View:
+    """Show a setup in a browser: robot, rings, beams, covered and uncovered points.
 
     Returns:
         The running viewer; ``close`` stops it.
@@ -101,30 +93,28 @@ def view(
     from .viewer.server import Server
     from .viewer.session import ViewerSession
 
-    name, placed, core = resolve_setup(setup, scene)
+    name, placed, core = resolve_setup(call.setup, call.scene)
     setups = {name: placed}
-    if compare is not None:
-        other, second, _ = resolve_setup(compare, core)
+    if call.compare is not None:
+        other, second, _ = resolve_setup(call.compare, core)
         setups[other if other != name else f"{other} (again)"] = second
     check_scene(core, 0.01)
     with input_errors():
-        surface = (
-            None
-            if urdf is None
-            else read_skin(
-                Path(urdf), UrdfOptions(packages=packages, package=package or {}), core.robot
-            )
-        )
-        session = ViewerSession(core, setups, None if folder is None else writable(folder), surface)
+        surface = None
+        if call.urdf is not None:
+            reading = UrdfOptions(packages=call.packages, package=call.package or {})
+            surface = read_skin(Path(call.urdf), reading, core.robot)
+        folder = None if call.folder is None else writable(call.folder)
+        session = ViewerSession(core, setups, folder, surface)
         try:
             for target in session.targets:
                 session.glance.zeta(placed, target, core.occlusion)
         except EmptySolidError as error:
             raise InputError(str(error), "target") from error
-        page = View(Server(session, host, port))
-    if browser:
+        page = View(Server(session, call.host, call.port))
+    if call.browser:
         webbrowser.open(page.url)
-    if (not _interactive()) if wait is None else wait:
+    if (not _interactive()) if call.wait is None else call.wait:
         page.wait()
     return page
 

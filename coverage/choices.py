@@ -20,5 +20,9 @@ Along = Literal["x", "y", "z"]
 Surface = Literal["collision", "visual"]
 """Which meshes of a URDF define a link's shape."""
 
+Bus = Literal["auto", "direct", "multiplexer", "own"]
+"""How the sensors of a ring are connected: ``direct``, each XSHUT on a pin; ``multiplexer``, each
+sensor on a channel; ``auto``, direct where the bus bears it; ``own``, with the user's own means."""
+
 SENSOR_FRAMES = "tof_.*"
 """Regular expression that matches the names of sensor frames."""

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
-from rich.console import Console, ConsoleOptions, RenderResult
+from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
 from rich.table import Table
 
 _ENDLESS = 10_000  # columns, wider than any table
@@ -45,7 +45,8 @@ class Explained:
         """
         table = Table()
         for head in heads:
-            table.add_column(head, justify="left" if head in left else "right")
+            side: JustifyMethod = "left" if head in left else "right"
+            table.add_column(head, justify=side, overflow="fold")
         for row in rows:
             table.add_row(*row, style="bold" if row[0] in bold else None)
         return Explained(title, table, text)

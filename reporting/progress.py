@@ -2,6 +2,8 @@
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
@@ -72,3 +74,15 @@ class ProgressBar(RichProgress):
         count = "" if task.total is None else f"{task.completed:g} of {task.total:g}"
         seconds = f"{time.monotonic() - self._began:.0f} s"
         return ", ".join(filter(None, (task.description, count, task.fields["best"], seconds)))
+
+
+@contextmanager
+def late_progress(console: Terminal) -> Iterator[ProgressBar]:
+    """Yield a bar that the caller starts when its work begins, so that earlier errors stand alone;
+    it disappears at the end."""
+    bar = ProgressBar(console)
+    try:
+        yield bar
+    finally:
+        if bar.started:
+            bar.stop()

@@ -19,12 +19,10 @@ from .closing import closing
 from .connection_guard import ConnectionGuard, guarding
 from .motion import MotionSession
 from .motion_page import MotionPage
+from .options import LOOPBACK
 from .page import Page
 from .session import ViewerSession
 from .wake_up import keep_awake
-
-LOOPBACK = "127.0.0.1"
-
 
 _HOST = re.compile(r"([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?", re.IGNORECASE)
 

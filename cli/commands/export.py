@@ -1,13 +1,13 @@
 """The command export."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
+from ...formats.export.options import ExportOptions
 from ..options.common import (
-    WHOLE,
     Json,
     PaperOption,
     RobotOption,
@@ -15,9 +15,11 @@ from ..options.common import (
     Subject,
 )
 from ..options.groups import NO_FRAMES, FrameOptions
+from ..options.offered import offering
 from ..options.reading import AS_WRITTEN, ReadingOptions
 
 
+@offering()
 def export(
     subject: Subject,
     /,
@@ -33,9 +35,6 @@ def export(
         ),
     ] = (),
     out: Annotated[Path, Parameter(help="Output folder.")] = Path("place-rings-export"),
-    pose: Annotated[
-        int, WHOLE, Parameter(help="Number of the scene's pose to export, from 0.")
-    ] = 0,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
     paper: PaperOption = False,
@@ -46,29 +45,7 @@ def export(
         ),
     ] = None,
     reading: ReadingOptions = AS_WRITTEN,
-    points: Annotated[
-        int,
-        WHOLE,
-        Parameter(
-            validator=Number(gte=0, lte=1_000_000),
-            help="Number of target points to draw in a glb, coloured by coverage.",
-        ),
-    ] = 0,
-    board: Annotated[
-        str | None,
-        Parameter(
-            help="Controller board of each ring, for firmware: esp32-s3-devkitc-1, esp32-devkit or"
-            " pico. Default: the scene's."
-        ),
-    ] = None,
-    wiring: Annotated[
-        Literal["auto", "direct", "multiplexer"] | None,
-        Parameter(
-            help="How the sensors of a ring share its I2C bus, for firmware: direct (each XSHUT on"
-            " a pin), multiplexer (each sensor on a channel), or auto (direct where the bus bears"
-            " it). Default: the scene's."
-        ),
-    ] = None,
+    options: ExportOptions,
     mounted: FrameOptions = NO_FRAMES,
     as_json: Json = False,
 ) -> None:
@@ -91,40 +68,32 @@ def export(
 
     ``place-rings --help`` explains the terms.
     """
-    from place_rings._export import electronics_of, formats_of
-    from place_rings._export import export as write
+    from place_rings._export import ExportCall, exported
     from place_rings._validation import ResolvedSetup
 
-    from ...formats.firmware.wiring import plan_setup
     from ...formats.loader import resolve
     from ...formats.schema.written_models import ExportResult
     from ...formats.writing import made_folder
     from ...reporting.terminal import say, say_json
     from ..options.scenes import scene_for, urdf_of
 
-    kinds = formats_of(to)
     urdf = urdf or urdf_of(robot)
-    where = scene_for(subject, scene, robot, paper, reading, urdf)
+    call = ExportCall(
+        subject,
+        **vars(options),
+        to=to,
+        folder=out,
+        urdf=urdf,
+        packages=reading.packages,
+        keep=[path for path in (subject, scene, robot) if path is not None],
+    )
+    kinds, where = call.kinds, scene_for(subject, scene, robot, paper, reading, urdf)
     setup, place = resolve(subject, where, frames=mounted.resolve())
-    setup = mounted.lifted(setup, place)
+    resolved = ResolvedSetup(subject, mounted.lifted(setup, place), place)
     with made_folder(out):
-        files = write(
-            ResolvedSetup(subject, setup, place),
-            to=kinds,
-            folder=out,
-            pose=pose,
-            urdf=urdf,
-            packages=reading.packages,
-            package=reading.resolve().package,
-            points=points,
-            board=board,
-            wiring=wiring,
-            keep=[path for path in (subject, scene, robot) if path is not None],
-        )
-    if "firmware" in kinds:
-        for ring in plan_setup(setup, electronics_of(place, board, wiring)):
-            if ring.note:
-                say(ring.note, error=True)
+        files, notes = exported(replace(call, setup=resolved, package=reading.resolve().package))
+    for note in notes:
+        say(note, error=True)
     if as_json:
         record = ExportResult(setup=subject, formats=list(kinds), files=[*map(str, files)])
         say_json(record.model_dump_json(indent=2))

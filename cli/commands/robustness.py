@@ -29,6 +29,32 @@ def robustness(
 
     ``place-rings --help`` explains the terms.
     """
-    from ..runs.robustness import robustness as run
+    from place_rings._robustness import robustness as assess
 
-    run(SubjectOptions(place, mounted=mounted).resolved(subject), options, as_json)
+    from ...coverage.definitions.definition import json_of
+    from ...reporting.progress import late_progress
+    from ...reporting.robustness import lines, robustness_table
+    from ...reporting.tables import target_label
+    from ...reporting.terminal import Terminal, say_json
+
+    resolved = SubjectOptions(place, mounted=mounted).resolved(subject)
+    goals, each = resolved.scene.targets, options.draws * len(resolved.scene.poses)
+    with late_progress(Terminal(stderr=True)) as bar:
+
+        def tell(done: int, _: int) -> None:
+            bar.start()
+            if done:
+                bar.advance(bar.task_ids[-1])
+            if done % each == 0 and len(bar.task_ids) < len(goals):
+                bar.add_task(str(goals[len(bar.task_ids)].target), total=each)
+
+        report = assess(resolved, progress=tell, **vars(options))
+    results = list(report.records)
+    if as_json:
+        records = [json_of(r) for r in results]
+        say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
+        return
+    console = Terminal()
+    console.print(robustness_table(results))
+    for r in results:
+        console.print(f"{target_label(r)}: {lines(r)}", soft_wrap=True, highlight=False)

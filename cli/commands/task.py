@@ -1,5 +1,7 @@
 """The command task."""
 
+import csv
+import io
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -37,12 +39,21 @@ def task(
     from ...coverage.definitions.errors import UserError, shown
     from ...coverage.robots.built_in import PAPER_ROBOTS
     from ...objectives.scene import Scene
+    from ...reporting.terminal import say_lines
+    from ...simulation.pick_and_place import pick_and_place
     from ..options.scenes import resolve_scene
-    from ..runs.task import task as run
 
     if robot is not None and robot not in PAPER_ROBOTS:
         raise UserError(
             f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, because the paper"
             " uses a UR10"
         )
-    run(resolve_scene(None, robot) or Scene(), rate)
+    arm = (resolve_scene(None, robot) or Scene()).robot
+    motion, text = pick_and_place(arm).every(rate), io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time_s", *(f"q{i}" for i in range(len(arm.chain)))])
+    writer.writerows(
+        [round(float(v), 9) + 0.0 for v in (t, *q)]
+        for t, q in zip(motion.time_s, motion.q, strict=True)
+    )
+    say_lines(text.getvalue())

@@ -4,12 +4,14 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
-from ..options.common import WHOLE, Subject
+from ...viewer.options import LOOPBACK, ViewOptions
+from ..options.common import Subject
 from ..options.groups import AS_IT_IS, SubjectOptions
+from ..options.offered import offering
 
 
+@offering()
 def view(
     subject: Subject,
     /,
@@ -30,19 +32,7 @@ def view(
             )
         ),
     ] = None,
-    host: Annotated[
-        str, Parameter(help="Address to serve on; the default serves this machine only.")
-    ] = "127.0.0.1",
-    port: Annotated[
-        int,
-        WHOLE,
-        Parameter(
-            validator=Number(gte=0, lte=65535), help="Port to serve on; 0 selects a free one."
-        ),
-    ] = 0,
-    browser: Annotated[
-        bool, Parameter(negative="--no-browser", help="Open the page in a browser.")
-    ] = True,
+    options: ViewOptions,
 ) -> None:
     """Show a setup in a browser: robot, rings, beams, covered and uncovered points.
 
@@ -58,12 +48,15 @@ def view(
 
     ``place-rings --help`` explains the terms.
     """
+    from dataclasses import replace
+
     from place_rings._validation import ResolvedSetup
+    from place_rings._views import view as serve
 
     from ...formats.loader import resolve
-    from ...reporting.terminal import say
+    from ...reporting.terminal import Terminal, say
     from ..options.scenes import urdf_of
-    from ..runs.view import view as run
+    from ..serving import serve_page
 
     urdf = urdf or urdf_of(given.place.robot)
     shown = given.resolved(subject, urdf)
@@ -72,4 +65,22 @@ def view(
         beside = ResolvedSetup(compare, *resolve(compare, shown.scene))
         if compare.endswith(".toml"):
             say(f"{compare} is shown and counted in the scene of {subject}.", error=True)
-    run(shown, beside, urdf, given.place.reading.resolve(), out, host, port, browser)
+    reading, console = given.place.reading.resolve(), Terminal(stderr=True)
+    with console.status("drawing points"):
+        page = serve(
+            shown,
+            compare=beside,
+            folder=out,
+            urdf=urdf,
+            packages=reading.packages,
+            package=reading.package,
+            wait=False,
+            **vars(replace(options, browser=False)),  # it is opened once its address is printed
+        )
+    if options.host not in (LOOPBACK, "localhost", "::1"):
+        console.print(
+            f"Warning: anyone who can reach {options.host} and knows the address below can use this"
+            " page; it is not encrypted.",
+            highlight=False,
+        )
+    serve_page(page.url, page.close, options.browser, console)

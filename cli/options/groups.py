@@ -2,6 +2,7 @@
 frames of a URDF.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,8 +11,10 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ...coverage.choices import SENSOR_FRAMES, Along
+from ...coverage.definitions.errors import UserError
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from .common import CalibrationOption, PaperOption, Radius, RobotOption, SceneFileOption, Targets
+from .offered import explained
 from .panels import FRAMES, MOTION, SCENE, SENSOR
 from .reading import AS_WRITTEN, ReadingOptions
 
@@ -25,6 +28,7 @@ if TYPE_CHECKING:  # imported when the options are resolved
 
 
 @Parameter(name="*", group=SCENE)
+@explained
 @dataclass(frozen=True)
 class SceneOptions:
     """The scene and the targets of a setup."""
@@ -34,17 +38,10 @@ class SceneOptions:
     scene: SceneFileOption = None
     robot: RobotOption = None
     calibration: CalibrationOption = None
-    occlusion: Annotated[
-        Occlusion | None,
-        Parameter(
-            help=(
-                "What the robot's body does to the sensors. ignore: beams pass through it. shadow:"
-                " points behind it are not covered. blind: a one-zone sensor covers nothing beyond"
-                " the nearest surface in its beam. Default: that of the scene (reference scene:"
-                " shadow)."
-            )
-        ),
-    ] = None
+    occlusion: Occlusion | None = None
+    """What the robot's body does to the sensors. ignore: beams pass through it. shadow: points
+    behind it are not covered. blind: a one-zone sensor covers nothing beyond the nearest surface in
+    its beam. Default: that of the scene (reference scene: shadow)."""
     paper: PaperOption = False
     reading: ReadingOptions = AS_WRITTEN
 
@@ -75,46 +72,23 @@ class SceneOptions:
 
 
 @Parameter(name="*", group=SENSOR)
+@explained
 @dataclass(frozen=True)
 class SensorOptions:
     """A sensor, or conditions, that replace those of the scene."""
 
-    sensor: Annotated[
-        str | None,
-        Parameter(
-            help=(
-                "Sensor of the catalogue (see place-rings sensors), or a sensor file (.toml)."
-                " Default: the sensor of the scene (reference scene: a cone of 25°, 1.5 m long)."
-            )
-        ),
-    ] = None
-    ambient: Annotated[
-        str | None,
-        Parameter(
-            help=(
-                "Ambient light on a catalogue sensor, for example dark, 50kcps (counted by the"
-                " sensor) or 5klx. Default: the weakest light in the catalogue."
-            )
-        ),
-    ] = None
-    reflectance: Annotated[
-        float | None,
-        Parameter(
-            help=(
-                "Reflectance of the object that a catalogue sensor detects, above 0 up to 1; 0.17"
-                " is dark cloth. Default: the white target of the manufacturer (safety: 0.17)."
-            )
-        ),
-    ] = None
-    target_size: Annotated[
-        str | None,
-        Parameter(
-            help=(
-                "Size of the object that a catalogue sensor detects: WIDTHxHEIGHT in metres."
-                " Default: it fills the beam (safety: 0.45x0.7)."
-            )
-        ),
-    ] = None
+    sensor: str | None = None
+    """Sensor of the catalogue (see place-rings sensors), or a sensor file (.toml). Default: the
+    sensor of the scene (reference scene: a cone of 25°, 1.5 m long)."""
+    ambient: str | None = None
+    """Ambient light on a catalogue sensor, for example dark, 50kcps (counted by the sensor) or
+    5klx. Default: the weakest light in the catalogue."""
+    reflectance: float | None = None
+    """Reflectance of the object that a catalogue sensor detects, above 0 up to 1; 0.17 is dark
+    cloth. Default: the white target of the manufacturer (safety: 0.17)."""
+    target_size: str | None = None
+    """Size of the object that a catalogue sensor detects: WIDTHxHEIGHT in metres. Default: it fills
+    the beam (safety: 0.45x0.7)."""
 
     def selected(self, own: "Sensor | None" = None) -> "Sensor | None":
         """Return the sensor of the options; conditions without ``--sensor`` apply to ``own``."""
@@ -135,22 +109,16 @@ class SensorOptions:
 
 
 @Parameter(name="*", group=MOTION)
+@explained
 @dataclass(frozen=True)
 class MotionOptions:
     """A recorded motion that replaces the poses of a scene."""
 
-    trajectory: Annotated[
-        Path | None,
-        Parameter(
-            help=(
-                "Recorded motion (CSV: time in seconds, joint angles in radians) that replaces the"
-                " poses of the scene."
-            )
-        ),
-    ] = None
-    degrees: Annotated[
-        bool, Parameter(negative=(), help="Read the angles of --trajectory in degrees.")
-    ] = False
+    trajectory: Path | None = None
+    """Recorded motion (CSV: time in seconds, joint angles in radians) that replaces the poses of
+    the scene."""
+    degrees: bool = False
+    """Read the angles of --trajectory in degrees."""
 
     def applied(self, scene: "Scene", worst: bool = False) -> "Scene":
         """Return ``scene`` along the motion; ``worst`` maximises the worst pose."""
@@ -160,23 +128,15 @@ class MotionOptions:
 
 
 @Parameter(name="*", group=FRAMES)
+@explained
 @dataclass(frozen=True)
 class FrameOptions:
     """The sensor frames of a URDF, and sensors that lie flush in a body."""
 
-    frames: Annotated[
-        str | None,
-        Parameter(
-            help=(
-                "Regular expression for the names of the sensor frames in a .urdf setup. Default:"
-                f" {SENSOR_FRAMES}"
-            )
-        ),
-    ] = None
-    beam: Annotated[
-        Along | None,
-        Parameter(help="Axis along which the sensor frames of a .urdf setup look. Default: x."),
-    ] = None
+    frames: str | None = None
+    """Regular expression for the names of the sensor frames in a .urdf setup. Default: tof_.*"""
+    beam: Along | None = None
+    """Axis along which the sensor frames of a .urdf setup look. Default: x."""
     lift_to_surface: Annotated[
         float | None,
         Parameter(
@@ -199,11 +159,21 @@ class FrameOptions:
 
     def lifted(self, setup: "Setup", scene: "Scene") -> "Setup":
         """Return a setup with its sensors lifted as the options state; notes go to stderr."""
-        if self.lift_to_surface is None:
+        if (most := self.lift_to_surface) is None:
             return setup
-        from .lift import lifted
+        from ...coverage.rings.surface_lift import lift_to_surface
+        from ...reporting.lines.scene import lift_lines
+        from ...reporting.terminal import Terminal
 
-        return lifted(setup, scene, self.lift_to_surface)
+        if math.isnan(most):
+            raise UserError("--lift-to-surface: found nan, allowed: mm, above 0 and at most 1000")
+        try:
+            setup, lifts = lift_to_surface(scene.robot, setup, most / 1000)
+        except ValueError as error:
+            raise UserError(f"--lift-to-surface: {error}, in which a sensor could lie") from error
+        for line in lift_lines(lifts, most):
+            Terminal(stderr=True).print(line, highlight=False, soft_wrap=True, markup=False)
+        return setup
 
 
 REFERENCE, NO_SENSOR, NO_MOTION, NO_FRAMES = (

@@ -14,6 +14,7 @@ from ...coverage.definitions.options import Options, kind_of
 from .arguments import option_of
 from .common import WHOLE
 
+C = TypeVar("C")
 F = TypeVar("F", bound=Callable[..., None])
 
 
@@ -59,18 +60,31 @@ def _offered(
     """Return a dataclass whose fields are command-line options."""
     made, texts = [], docstrings(options)
     for option in fields(options):  # type: ignore[arg-type]
-        if option.name in without:
-            continue
-        kind, _ = kind_of(option.type)
-        text = re.sub(r"``(\w+)``", lambda name: option_of(name[1]), texts[option.name])
-        parameters = [
-            *([WHOLE] if int in (kind, *get_args(kind)) else []),
-            *([Parameter(group=panels[option.name])] if option.name in panels else []),
-            *([Parameter(negative=())] if kind is bool else []),
-            Parameter(help=text),
-        ]
-        hint = Annotated[(kind, *parameters)]  # type: ignore[valid-type]
-        made.append((option.name, hint, field(default=option.default)))
+        if option.name not in without:
+            hint = _hint(option, texts[option.name], panels.get(option.name))
+            made.append((option.name, hint, field(default=option.default)))
     module = {"__module__": __name__, "__doc__": options.__doc__}
     new = make_dataclass(options.__name__, made, frozen=True, kw_only=True, namespace=module)
     return Parameter(name="*")(new)
+
+
+def _hint(option: Any, text: str, panel: Group | None) -> Any:
+    """Return the annotation of a field for the command line, with its docstring as help."""
+    kind, _ = kind_of(option.type)
+    parameters = [
+        *([WHOLE] if int in (kind, *get_args(kind)) else []),
+        *([Parameter(group=panel)] if panel else []),
+        *([Parameter(negative=())] if option.default in (False, ()) else []),
+        Parameter(help=re.sub(r"``(\w+)``", lambda name: option_of(name[1]), text)),
+    ]
+    return Annotated[(kind, *parameters)]  # type: ignore[valid-type]
+
+
+def explained(cls: type[C]) -> type[C]:
+    """Take the help of options from the docstrings of a dataclass whose fields they are."""
+    texts = docstrings(cls)
+    for option in fields(cls):  # type: ignore[arg-type]
+        if option.name in texts:
+            option.type = _hint(option, texts[option.name], None)
+            cls.__annotations__[option.name] = option.type
+    return cls

@@ -18,7 +18,7 @@ from ...rig.poses.routes import SLACK, Clearance
 from ...rig.simulated_cell.cell import with_cell
 from ...viewer.motion import MotionSession, PlannedMotion
 from ...viewer.server import Server
-from .view import serve_page
+from ..serving import serve_page
 
 _NO_CELL = (
     "The scene states no obstacles; the dry run shows the cell of the simulated rig. State your own"

@@ -34,7 +34,7 @@ from ...reporting.lines.results import (
 )
 from ...reporting.lines.scene import electronics_lines, price_line, record_line
 from ...reporting.placement_picture import placement_picture
-from ...reporting.progress import ProgressBar
+from ...reporting.progress import ProgressBar, late_progress
 from ...reporting.tables import (
     count_error_line,
     occlusion_table,
@@ -44,7 +44,6 @@ from ...reporting.tables import (
 )
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
-from .late_progress import late_progress
 
 _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
 _INTERRUPTED = "interrupted: the comparison is incomplete; the proposal is kept"

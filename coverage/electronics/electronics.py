@@ -8,10 +8,11 @@ that no limit applies to them.
 from bisect import bisect
 from dataclasses import replace
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
+from ..choices import Bus
 from ..definitions.definition import definition
 from ..sensors.effective_range import Use, model_of
 from ..sensors.sensor import Sensor, effective
@@ -19,7 +20,6 @@ from .controllers import CONTROLLERS, DEFAULT_CONTROLLER, ControllerBoard, Contr
 from .drivers import driver
 from .ring_bus import LEAST_HZ, MOST_SENSORS, RingBus, ring_buses
 
-Bus = Literal["auto", "direct", "multiplexer", "own"]
 MOST_HZ = 100
 
 

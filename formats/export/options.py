@@ -1,0 +1,24 @@
+"""The options of an export: defined once, for Python and the command."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from ...coverage.choices import Bus
+from ...coverage.definitions.options import Options, Whole
+from ...coverage.electronics.controllers import ControllerName
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions(Options):
+    """Options of an export."""
+
+    pose: Annotated[int, Whole(0)] = 0
+    """Number of the scene's pose to export, from 0."""
+    points: Annotated[int, Whole(0, 1_000_000)] = 0
+    """Number of points of each target to draw in a glb, coloured by coverage."""
+    board: ControllerName | None = None
+    """Controller board of each ring, for firmware. Default: the scene's."""
+    wiring: Bus | None = None
+    """How the sensors of a ring share its I2C bus, for firmware: direct (each XSHUT on a pin),
+    multiplexer (each sensor on a channel), or auto (direct where the bus bears it). Default: the
+    scene's."""
