@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from ._scene import Scene
     from ._search import search
     from ._soft import coverage_fraction, sample_points
-    from ._solids import attached, obstacle
     from ._study import StudyReport, study
     from ._trajectory import Trajectory
     from ._verify import Coverage, certify, verify
@@ -41,6 +40,7 @@ if TYPE_CHECKING:
     from .coverage.person_reach import Person
     from .coverage.rings.mounted_sensor import MountedSensor
     from .coverage.rings.ring import Ring, Setup
+    from .coverage.robots.attached import Attached
     from .coverage.robots.robot import Robot
     from .coverage.robots.separation_distance import Safety
     from .coverage.sensors.sensor import Sensor
@@ -58,10 +58,12 @@ if TYPE_CHECKING:
     from .objectives.mount_rules import Limits, Rules
     from .objectives.poses import Pose
     from .objectives.prices import Prices
+    from .objectives.scene import Obstacle
     from .placement.search.progress import Outcome, Progress
     from .placement.space.feasible_set import InfeasibleError
 
 __all__ = [
+    "Attached",
     "Box",
     "Capsule",
     "Cone",
@@ -79,6 +81,7 @@ __all__ = [
     "Mesh",
     "MountedSensor",
     "Near",
+    "Obstacle",
     "Outcome",
     "Person",
     "Pose",
@@ -104,14 +107,12 @@ __all__ = [
     "ToolSphere",
     "Trajectory",
     "UnionOf",
-    "attached",
     "certify",
     "coverage_fraction",
     "export",
     "improve",
     "lift_to_surface",
     "load",
-    "obstacle",
     "report",
     "robots",
     "robustness",
@@ -140,7 +141,6 @@ _MODULES = {
     "_robustness": ("RobustnessReport", "robustness"),
     "_safety": ("SafetyReport", "safety"),
     "_scene": ("Scene",),
-    "_solids": ("attached", "obstacle"),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
@@ -169,6 +169,7 @@ _MODULES = {
     "_views": ("view",),
     "coverage.rings.mounted_sensor": ("MountedSensor",),
     "coverage.rings.ring": ("Ring", "Setup"),
+    "coverage.robots.attached": ("Attached",),
     "coverage.robots.robot": ("Robot",),
     "coverage.robots.separation_distance": ("Safety",),
     "coverage.sensors.sensor": ("Sensor",),
@@ -177,9 +178,11 @@ _MODULES = {
     "objectives.prices": ("Prices",),
     "objectives.mount_rules": ("Limits", "Rules"),
     "objectives.poses": ("Pose",),
+    "objectives.scene": ("Obstacle",),
     "placement.space.feasible_set": ("InfeasibleError",),
     "placement.search.progress": ("Outcome", "Progress"),
 }
+_FORMER = {"attached": "Attached", "obstacle": "Obstacle"}
 _WHERE = {name: module for module, names in _MODULES.items() for name in names}
 
 
@@ -189,6 +192,11 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         value: Any = version("place-rings")
+    elif name in _FORMER:
+        import warnings
+
+        warnings.warn(f"{name} is now called {_FORMER[name]}", DeprecationWarning, stacklevel=2)
+        return __getattr__(_FORMER[name])
     elif name in _WHERE:
         value = getattr(import_module(f".{_WHERE[name]}", __name__), name)
     else:

@@ -70,8 +70,8 @@ class Scene:
         ring_radius: radius of new rings, m; by default 0.08, or more if a real ring needs it.
         mounts: limits of rings by the name of the link.
         rules: rules that make a setup buildable.
-        obstacles: obstacles of the cell, each made by ``obstacle``.
-        attached: tools and payloads on the robot, each made by ``attached``.
+        obstacles: obstacles of the cell, each each an ``Obstacle``.
+        attached: tools and payloads on the robot, each an ``Attached``.
         cell_sensors: cameras and scanners of the cell: ``MountedSensor`` on the link ``base``. What
             they see counts as covered with any setup.
         over_poses: a search maximises the ``mean`` over the poses or the ``worst`` pose.

@@ -70,7 +70,7 @@ def changed(core: CoreScene, given: Mapping[str, Any]) -> CoreScene:
         )
     if "attached" in given:
         tools = () if given["attached"] is None else given["attached"]
-        solids = _each(Attached, "attached(...)")(tools, "attached")
+        solids = _each(Attached, "Attached")(tools, "attached")
         with input_errors("attached"):
             fields["robot"] = core.robot.with_attached(solids)
     if _turns(core.robot, given.get("base")):
@@ -164,7 +164,7 @@ _CHECKS: dict[str, Callable[[Any, str], Any]] = {
     "ring_radius": lambda value, name: value,
     "mounts": _mounts,
     "rules": _of_type(Rules),
-    "obstacles": _each(Obstacle, "obstacle(...)"),
+    "obstacles": _each(Obstacle, "Obstacle"),
     "cell_sensors": _each(MountedSensor, "MountedSensor on the link base"),
     "over_poses": _choice("mean", "worst"),
     "safety": _of_type(Safety),

@@ -16,8 +16,9 @@ from ..coverage.sensors.sensor import Sensor
 from ..coverage.targets.target import Target
 from ..objectives.named_layouts import layout_in
 from ..objectives.scene import Scene
+from ..objectives.turned_cell import turned_attached, turned_obstacle
 from .model_reader import beside_of, file_and_table, read_model
-from .obstacle_meshes import with_attached_meshes, with_meshes
+from .obstacle_meshes import parts_of_meshes
 from .recorded_motion import with_record
 from .schema.mounted_sensor_models import links_text
 from .schema.proposal_models import FoundModel, ProposalFile
@@ -63,8 +64,12 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
     read = beside_of(path)
     scene, trajectory = file.to_domain(), file.trajectory
     turn = must_turn(scene.robot, file.base)
-    scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read, turn)
-    scene = with_attached_meshes(scene, file.attached, f"{path}: {key}attached", read, turn)
+    parts = parts_of_meshes(file.obstacles, f"{path}: {key}obstacles", read)
+    parts = map(turned_obstacle, parts) if turn else parts
+    tools = parts_of_meshes(file.attached, f"{path}: {key}attached", read)
+    tools = map(turned_attached, tools) if turn else tools
+    robot = scene.robot.with_attached((*scene.robot.attached, *tools))
+    scene = replace(scene, robot=robot, obstacles=(*scene.obstacles, *parts))
     if trajectory is None:
         return scene
     record = beside(path, f"{key}trajectory.file", trajectory.file)

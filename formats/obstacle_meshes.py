@@ -3,72 +3,38 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from ..coverage.definitions.errors import UserError, shown
-from ..coverage.definitions.field_types import FARTHEST, LONGEST_NAME
-from ..coverage.robots.attached import Attached
+from ..coverage.definitions.field_types import FARTHEST, LONGEST_NAME, ORIGIN
+from ..coverage.robots.attached import Solid
 from ..coverage.solids.polyhedra import MOST_FACES, hull
-from ..objectives.scene import Obstacle, Scene
-from ..objectives.turned_cell import turned_attached, turned_obstacle
 from .mesh_readers.mesh_numbers import MeshError
 from .mesh_readers.scene_mesh import read_scene_mesh
-from .schema.attached_models import AttachedModel
-from .schema.convex_models import ConvexModel
-from .schema.obstacle_models import ObstacleModel
 from .stand_ins import refuse_stand_in
 
 MESHES = ("stl", "ply", "off", "obj")
-Model = TypeVar("Model", bound=ConvexModel)
 _PIECES = 64  # most separate parts of a mesh
 _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
 
-def with_meshes(
-    scene: Scene, models: list[ObstacleModel], where: str, read: Any, turn: bool
-) -> Scene:
-    """Return ``scene`` with the meshes of its file; each connected part counts by its convex hull.
+def parts_of_meshes(solids: Sequence[Solid], where: str, read: Any) -> Iterator[Solid]:
+    """Yield the connected parts of the meshes among a scene's solids, each by its convex hull.
 
     Args:
-        scene: the scene with the obstacles that need no file.
-        models: all obstacles of the file.
-        where: file and key of the obstacles, for messages.
+        solids: all solids of one key of the scene's file.
+        where: file and key, for messages.
         read: returns path and bytes of a mesh file, from the key and the file name.
-        turn: whether the file's base is turned by 180° about z in the scene's.
 
     Raises:
         UserError: if a mesh cannot be used.
     """
-    parts = [part for _, part in _all_parts(models, where, read)]
-    parts = [turned_obstacle(part) for part in parts] if turn else parts
-    return replace(scene, obstacles=(*scene.obstacles, *parts))
-
-
-def with_attached_meshes(
-    scene: Scene, models: list[AttachedModel], where: str, read: Any, turn: bool
-) -> Scene:
-    """Return ``scene`` with the attached meshes of its file; each connected part counts by its
-    convex hull. For arguments and errors see ``with_meshes``."""
-    attached = [
-        Attached(part.name, model.link, part.body, {**part.keys, "link": model.link}, part.hulled)
-        for model, part in _all_parts(models, where, read)
-    ]
-    if not attached:
-        return scene
-    attached = [turned_attached(part) for part in attached] if turn else attached
-    robot = scene.robot.with_attached((*scene.robot.attached, *attached))
-    return replace(scene, robot=robot)
-
-
-def _all_parts(models: Sequence[Model], where: str, read: Any) -> Iterator[tuple[Model, Obstacle]]:
-    """Yield the connected parts of all meshes, each with the table that names its mesh."""
-    for i, model in enumerate(models):
-        if model.file is not None:
+    for i, solid in enumerate(solids):
+        if solid.file is not None:
             key = f"{where}[{i}].file"
-            for part in _parts(model, key, *read(key, model.file)):
-                yield model, part
+            yield from _parts(solid, key, *read(key, solid.file))
 
 
 def mesh_in(where: str, name: str | None, data: bytes) -> Any:
@@ -93,7 +59,7 @@ def mesh_in(where: str, name: str | None, data: bytes) -> Any:
         raise UserError(f"{where}: {shown(name)}: allowed: {error}") from error
 
 
-def _parts(model: ConvexModel, key: str, path: Path, data: bytes) -> list[Obstacle]:
+def _parts(model: Solid, key: str, path: Path, data: bytes) -> Iterator[Solid]:
     import trimesh  # slow to load
 
     mesh = mesh_in(key, model.file, data)
@@ -101,7 +67,7 @@ def _parts(model: ConvexModel, key: str, path: Path, data: bytes) -> list[Obstac
     if not 0 < (count := int(parts.max(initial=-1)) + 1) <= _PIECES:
         raise UserError(f"{key}: found {count} separate parts, allowed: 1 to {_PIECES}")
     pieces = list(mesh.split(only_watertight=False))
-    T, obstacles = model.transform, []
+    T = model.transform
     for n, piece in enumerate(pieces):
         corners = np.asarray(piece.vertices, float) * model.scale
         try:
@@ -118,6 +84,6 @@ def _parts(model: ConvexModel, key: str, path: Path, data: bytes) -> list[Obstac
             )
         part = f" part {n}" if len(pieces) > 1 else ""
         name = (model.name or path.stem)[: LONGEST_NAME - len(part)] + part
-        keys = {"name": name, "points": corners.tolist()}
-        obstacles.append(Obstacle(name, hull(corners), keys, hulled=not bool(piece.is_convex)))
-    return obstacles
+        placed: Any = {"file": None, "scale": 1.0, "centre": ORIGIN, "rpy_deg": ORIGIN}
+        hulled = not bool(piece.is_convex)
+        yield replace(model, name=name, points=corners, hulled=hulled, **placed)

@@ -2,16 +2,20 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import Field
 
+from ..coverage.definitions.definition import definition
+from ..coverage.definitions.field_types import FARTHEST
 from ..coverage.electronics.electronics import Electronics
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.person_reach import Person
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import RING_RADIUS, Setup
+from ..coverage.robots.attached import GIVEN_SOLID, ConvexSolid, named, refuse_file
 from ..coverage.robots.built_in import UR10
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
@@ -21,7 +25,7 @@ from ..coverage.sensors.boards import NOMINAL
 from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
 from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
-from ..coverage.solids.polyhedra import Polyhedron
+from ..coverage.solids.polyhedra import Polyhedron, half_space
 from ..coverage.targets.named import Shell, named_target
 from ..coverage.targets.posed_robot import Shape
 from ..coverage.targets.solid import target_solid
@@ -40,18 +44,36 @@ _REFERENCE_POSE.setflags(write=False)  # the default of every scene
 OverPoses = Literal["mean", "worst"]
 
 
-@dataclass(frozen=True)
-class Obstacle:
-    """A convex obstacle of the cell."""
+@definition
+class Obstacle(ConvexSolid):
+    """A convex obstacle of the cell. It occludes sensors and is excluded from targets.
 
-    name: str
-    """Name of the obstacle."""
-    body: Polyhedron
-    """Its shape, base frame."""
-    keys: dict[str, Any] = field(default_factory=dict)
-    """The keys of the scene file that define it."""
-    hulled: bool = False
-    """Whether it is the convex hull of a non-convex shape."""
+    It is a box (``size``), the convex hull of ``points``, the half-space below a ``floor``, or in a
+    scene's file the mesh in a ``file``. ``centre`` and ``rpy_deg`` (rotations about x, then y, then
+    z of the base frame) place all but the floor.
+
+    Example:
+        >>> import place_rings as pr
+        >>> pr.Obstacle("table", centre=[0.8, 0, -0.1], size=[0.6, 1.2, 0.2]).name
+        'table'
+    """
+
+    kinds = (*ConvexSolid.kinds, "floor")
+    floor: Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)] | None = field(
+        default=None, kw_only=True
+    )
+    """Height of the floor, m; the obstacle is everything below."""
+    body: Annotated[Polyhedron, *GIVEN_SOLID] = field(default=None, repr=False, compare=False)  # type: ignore[assignment]
+    """Its shape in the base frame: follows from the other arguments, or stands in their place."""
+
+    def __post_init__(self) -> None:
+        if self.body is not None and not any(getattr(self, key) is not None for key in self.kinds):
+            return
+        body = self._polyhedron()
+        if self.floor is not None:
+            object.__setattr__(self, "name", self.name or "floor")
+            body = half_space(self.floor)
+        object.__setattr__(self, "body", body)
 
 
 @dataclass(frozen=True)
@@ -118,9 +140,12 @@ class Scene:
         if not self.robot.bodies:
             object.__setattr__(self, "occlusion", "ignore")
             object.__setattr__(self, "rules", replace(self.rules, mount="free"))
+        object.__setattr__(self, "obstacles", named(self.obstacles, "obstacle"))
         object.__setattr__(self, "robot", self.robot.with_links(self.real))
         if self.robot.chain.mimics:
             object.__setattr__(self, "poses", tuple(map(self._settled, self.poses)))
+        for solid in self.obstacles:
+            refuse_file(solid)
         for i, one in enumerate(self.cell_sensors):
             if one.link != BASE_LINK:
                 raise ValueError(

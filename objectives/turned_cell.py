@@ -6,7 +6,7 @@ from typing import Any
 
 from ..coverage.person_reach import Person
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
-from ..coverage.robots.attached import Attached
+from ..coverage.robots.attached import Attached, ConvexSolid
 from ..coverage.robots.base_frame import HALF_TURN, turned, turned_rpy
 from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron
@@ -48,8 +48,8 @@ def turned_person(person: Person) -> Person:
 
 
 def turned_obstacle(one: Obstacle) -> Obstacle:
-    """Return an obstacle turned, with the keys that define it."""
-    return replace(one, body=_turned_solid(one.body), keys=_turned_keys(one.keys))
+    """Return an obstacle turned."""
+    return replace(one, body=_turned_solid(one.body), **_turned_keys(one))
 
 
 def turned_single(one: MountedSensor) -> MountedSensor:
@@ -64,7 +64,8 @@ def turned_attached(one: Attached) -> Attached:
     """Return a solid turned if it is attached to the base."""
     if one.link != BASE_LINK:
         return one
-    return replace(one, solid=_turned_solid(one.solid), keys=_turned_keys(one.keys))
+    keys = _turned_keys(one) | {"start": turned(one.start), "end": turned(one.end)}
+    return replace(one, solid=_turned_solid(one.solid), **keys)
 
 
 def _turned_solid(solid: Any) -> Any:
@@ -74,15 +75,7 @@ def _turned_solid(solid: Any) -> Any:
     return replace(solid, normal=solid.normal * HALF_TURN, edges=solid.edges * HALF_TURN)
 
 
-def _turned_keys(keys: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys of a file that define a solid: R becomes Z R Z, and points Z p."""
-    new = dict(keys)
-    for key in ("centre", "start", "end"):
-        if key in keys:
-            new[key] = list(turned(tuple(keys[key])))
-    if "points" in keys:
-        new["points"] = [list(turned(tuple(point))) for point in keys["points"]]
-    if "rpy_deg" in keys:
-        roll, pitch, yaw = keys["rpy_deg"]
-        new["rpy_deg"] = list(turned_rpy((roll, pitch, yaw)))
-    return new
+def _turned_keys(one: ConvexSolid) -> dict[str, Any]:
+    """Return the keys of a solid that half a turn changes: R becomes Z R Z, and points Z p."""
+    points = None if one.points is None else tuple(map(turned, one.points))
+    return {"centre": turned(one.centre), "rpy_deg": turned_rpy(one.rpy_deg), "points": points}

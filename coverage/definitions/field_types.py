@@ -33,3 +33,5 @@ Text = Annotated[str, Field(max_length=LONGEST_NAME)]
 Metres = Annotated[float, Field(gt=0, le=100, description="length, m")]
 Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate, m")]
 Point = Triple[Coordinate]
+Angles = Triple[Annotated[float, Field(ge=-360, le=360, description="angle, degrees")]]
+ORIGIN = (0.0, 0.0, 0.0)

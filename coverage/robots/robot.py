@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from ..solids.capsules import Capsules
 from ..solids.polyhedra import Polyhedron
-from .attached import Attached, CarriedPolyhedron
+from .attached import Attached, CarriedPolyhedron, named, refuse_file
 from .calibration import Calibration
 from .joint_values import turned_near
 from .kinematics import Chain
@@ -216,10 +216,11 @@ class Robot:
         if not bare.bodies:
             raise ValueError(f"robot {bare.name} has no bodies, so nothing can be attached to it")
         bodies, carried = list(bare.bodies), list[CarriedPolyhedron]()
-        for one in attached:
+        for one in (attached := named(attached, "attached")):
             if one.link not in bare.carriers:
                 known = ", ".join(bare.carriers)
                 raise ValueError(f"robot {bare.name} has no link {one.link!r}; known: {known}")
+            refuse_file(one)
             frame, T = bare.carriers[one.link], np.eye(4)
             if frame > last:  # the TCP, which the last joint moves
                 frame, T = last, bare.chain.origin[-1]
@@ -231,7 +232,7 @@ class Robot:
         return replace(
             bare,
             bodies=tuple(bodies),
-            attached=tuple(attached),
+            attached=attached,
             carried=tuple(carried),
             unladen=bare,
         )

@@ -17,7 +17,16 @@ from pydantic import Field, WithJsonSchema
 
 from ..arrays import Array, Index
 from ..definitions.definition import definition, refuse
-from ..definitions.field_types import FARTHEST, Items, Metres, Pair, Point, Triple
+from ..definitions.field_types import (
+    FARTHEST,
+    ORIGIN,
+    Angles,
+    Items,
+    Metres,
+    Pair,
+    Point,
+    Triple,
+)
 from ..robots.base_frame import HALF_TURN, turned, turned_rpy
 from ..robots.kinematics import transform
 from ..solids.base import CubePairs, Difference, Intersection, Parts, Solid, Union
@@ -32,8 +41,6 @@ from .posed_robot import PosedRobot
 from .target import Target
 
 MOST_FACES = 50_000  # triangles of a mesh
-ORIGIN = (0.0, 0.0, 0.0)
-Angles = Triple[Annotated[float, Field(ge=-360, le=360, description="angle, degrees")]]
 _Component = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="component")]
 _Corners = Triple[Annotated[int, Field(ge=0)]]
 _EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])

@@ -22,6 +22,7 @@ from ...coverage.electronics.electronics import Electronics
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.person_reach import Person
 from ...coverage.rings.ring import RING_RADIUS, Setup
+from ...coverage.robots.attached import Attached, Solid, named
 from ...coverage.robots.base_frame import BaseFrame, base_frame, must_turn
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.robots.robot import Robot
@@ -37,10 +38,9 @@ from ...objectives.motion_limits import Motion
 from ...objectives.mount_rules import Limits, Rules
 from ...objectives.poses import Pose, Recorded
 from ...objectives.prices import Prices
-from ...objectives.scene import REFERENCE_POSE_DEG, Scene
+from ...objectives.scene import REFERENCE_POSE_DEG, Obstacle, Scene
 from ...objectives.trajectory import TrajectoryFile
 from ...objectives.turned_cell import states_coordinates, turned_scene
-from .attached_models import AttachedModel, attached_to
 from .calibration_models import CalibrationModel
 from .field_types import RingRadius
 from .mapping import MappedModel
@@ -52,10 +52,14 @@ from .mounted_sensor_models import (
     single_models,
     singles_of,
 )
-from .obstacle_models import ObstacleModel, obstacles_of
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
 from .versions import FILE_VERSION, VersionedFile
+
+
+def _without_files(solids: list[Solid], noun: str) -> tuple[Solid, ...]:
+    """Return the solids that need no other file; the loader adds meshes."""
+    return tuple(solid for solid in named(solids, noun) if solid.file is None)
 
 
 def _links_of(robot: Robot) -> str:
@@ -144,7 +148,7 @@ class SceneModel(MappedModel[Scene]):
         max_length=1000,
         description="sensors of the cell, in the base frame; their coverage counts with any setup",
     )
-    obstacles: list[ObstacleModel] = Field(
+    obstacles: list[Obstacle] = Field(
         default=[],
         max_length=1000,
         description="obstacles of the cell; they occlude and belong to no target",
@@ -152,7 +156,7 @@ class SceneModel(MappedModel[Scene]):
     person: Person | None = Field(
         default=None, description="where people walk and how far they reach"
     )
-    attached: list[AttachedModel] = Field(
+    attached: list[Attached] = Field(
         default=[],
         max_length=1000,
         description="tools and payloads; they move with their links and belong to the robot's body",
@@ -206,8 +210,13 @@ class SceneModel(MappedModel[Scene]):
         if self.calibration is not None:
             yield from self.calibration.faults(robot)
         yield from self._target_faults(robot)
-        for i, one in enumerate(self.attached):
-            yield from one.faults(robot, i)
+        for i, tool in enumerate(self.attached):
+            if not robot.bodies:
+                allowed = f"none, because robot {robot.name} has no bodies"
+                yield ("attached", i), tool.name, allowed
+            elif tool.link not in robot.carriers:
+                allowed = f"a link of {robot.name}: {', '.join(robot.carriers)}"
+                yield ("attached", i, "link"), tool.link, allowed
         for i, ring in enumerate(self.fixed):
             if ring.link not in robot.links:
                 yield ("fixed", i, "link"), ring.link, _links_of(robot)
@@ -266,7 +275,7 @@ class SceneModel(MappedModel[Scene]):
         if self.calibration is not None:
             robot = self.calibration.applied(robot)
         scene = super().to_domain(
-            robot=attached_to(robot, self.attached),
+            robot=robot.with_attached(_without_files(self.attached, "attached")),
             base_stated=self.base is not None,
             poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
             ring_radius=radius,
@@ -276,7 +285,7 @@ class SceneModel(MappedModel[Scene]):
                 fixed=setup_of(self.fixed, sensor, radius).rings,
                 fixed_sensors=singles_of(self.fixed_sensors, sensor),
             ),
-            obstacles=obstacles_of(self.obstacles),
+            obstacles=_without_files(self.obstacles, "obstacle"),
             **given,
         )
         return turned_scene(scene) if must_turn(robot, self.base) else scene
@@ -305,8 +314,7 @@ class SceneModel(MappedModel[Scene]):
             ring_radius=value.ring_radius if stated else None,
             fixed=ring_models(Setup(value.rules.fixed), value.sensor),
             fixed_sensors=single_models(value.rules.fixed_sensors, value.sensor),
-            obstacles=[ObstacleModel(**obstacle.keys) for obstacle in value.obstacles],
-            attached=[AttachedModel(**one.keys) for one in value.robot.attached],
+            attached=list(value.robot.attached),
             **given,
         )
 

@@ -95,7 +95,7 @@ class Attendant:
             UserError: unless the answer is yes.
         """
         reached, motion = sum(map(len, itinerary.reached)), scene.motion
-        floors = ", ".join(f"{o.keys['floor']:g} m" for o in scene.obstacles if "floor" in o.keys)
+        floors = ", ".join(f"{o.floor:g} m" for o in scene.obstacles if o.floor is not None)
         run = motion_of(scene, plans, itinerary)
         lines = [
             f"The scene states: the floor lies at {floors} in the base frame; it and"

@@ -98,13 +98,13 @@ def _limits(scene: Scene, setup: Setup, run: DryRun) -> Iterator[str]:
 
 
 def _planes(scene: Scene) -> Iterator[str]:
-    floors = [f"{o.keys['floor']:g} m" for o in scene.obstacles if "floor" in o.keys]
+    floors = [f"{o.floor:g} m" for o in scene.obstacles if o.floor is not None]
     if floors:
         yield (
             f"Safety plane: z above {', '.join(floors)} in the base frame; bodies keep"
             f" {1000 * scene.motion.cell:.0f} mm from the floor."
         )
-    others = [o.name for o in scene.obstacles if "floor" not in o.keys]
+    others = [o.name for o in scene.obstacles if o.floor is None]
     if others:
         yield (
             f"Safety planes where one can separate the robot from: {', '.join(others)}. The check"

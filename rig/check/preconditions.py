@@ -33,7 +33,7 @@ def require_known_cell(scene: Scene) -> None:
     robot could hit.
     """
     lacks = []
-    if not any("floor" in o.keys for o in scene.obstacles):
+    if all(o.floor is None for o in scene.obstacles):
         lacks.append("[[obstacles]] floor = HEIGHT_OF_YOUR_FLOOR (m, in the base frame)")
     if not scene.robot.bodies:
         lacks.append(

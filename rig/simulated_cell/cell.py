@@ -19,10 +19,9 @@ from ...coverage.robots.built_in import controller_table
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.capsules import Capsules
 from ...formats.loader import read_proposal
-from ...formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml, write_text
-from ...objectives.scene import Scene
+from ...objectives.scene import Obstacle, Scene
 from ..robot.primary_interface import KinematicsInfo
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
@@ -93,18 +92,13 @@ def with_cell(scene: Scene) -> Scene:
     """Return ``scene`` with a floor, a table and a wall if it has no obstacles."""
     if scene.obstacles:
         return scene
-    return replace(scene, obstacles=obstacles_of([ObstacleModel(**keys) for keys in _CELL]))
+    return replace(scene, obstacles=_CELL)
 
 
-_CELL: tuple[dict[str, Any], ...] = (
-    {"name": "floor", "floor": -0.75},
-    {"name": "table", "centre": [0.9, 0.0, -0.2], "size": [0.6, 1.2, 0.05]},
-    {
-        "name": "wall",
-        "centre": [-1.3, 0.2, 0.25],
-        "size": [0.1, 3.0, 2.0],
-        "rpy_deg": [0.0, 0.0, 20.0],
-    },
+_CELL = (
+    Obstacle("floor", floor=-0.75),
+    Obstacle("table", centre=(0.9, 0.0, -0.2), size=(0.6, 1.2, 0.05)),
+    Obstacle("wall", centre=(-1.3, 0.2, 0.25), size=(0.1, 3.0, 2.0), rpy_deg=(0.0, 0.0, 20.0)),
 )
 
 

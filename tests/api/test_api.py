@@ -272,7 +272,7 @@ def test_a_scene_is_what_its_file_says(tmp_path):
         ring_radius=0.09,
         mounts={"forearm": pr.Limits(position=(0.2, 0.8))},
         rules=pr.Rules(spacing=0.05),
-        obstacles=[pr.obstacle("table", size=[1, 1, 0.1], centre=[0.9, 0, 0])],
+        obstacles=[pr.Obstacle("table", size=[1, 1, 0.1], centre=[0.9, 0, 0])],
         over_poses="worst",
         occlusion="shadow",
     )
@@ -287,7 +287,7 @@ def test_a_scene_is_what_its_file_says(tmp_path):
 
 
 def test_none_stands_for_a_default():
-    plain, table = pr.Scene(), pr.obstacle("table", size=[1, 1, 0.1], centre=[0.9, 0, 0])
+    plain, table = pr.Scene(), pr.Obstacle("table", size=[1, 1, 0.1], centre=[0.9, 0, 0])
     full = {
         "targets": pr.ToolSphere(),
         "poses": np.zeros(6),
@@ -344,8 +344,8 @@ replace robots <- pr.Scene().replace(robots="ur3")
 -1 <- pr.Shell(-1)
 weight -1 <- pr.Shell(0.5, weight=-1)
 weight "a" <- pr.Shell(0.5, weight="a")
-size file points floor <- pr.obstacle("a")
-size 3 <- pr.obstacle(size=3)
+size file points floor <- pr.Obstacle("a")
+size 3 <- pr.Obstacle(size=3)
 position 2 <- pr.verify(pr.Setup([pr.Ring("forearm", 2, 8)]))
 position 'a' <- pr.Ring("forearm", "a", 8)
 tilt 90 rad <- pr.Ring("forearm", 0, 8, tilt=90)
@@ -442,10 +442,10 @@ def fraction_of(setup, scene, points, width=0.03):
 
 SQUARE = replace(pr.Sensor(), fov_up=0.5, zones=4)
 MOTION = [[0, -0.8, 1, -1.8, -1.6, 0], [0.5, -0.8, 1.4, -1.8, -1.6, 0.3]]
-BOX = pr.obstacle(size=[0.4, 0.4, 0.4], centre=[0.6, 0, 0.4])
+BOX = pr.Obstacle(size=[0.4, 0.4, 0.4], centre=[0.6, 0, 0.4])
 TOOL = (
-    pr.attached(link="forearm", centre=[0.2, 0, 0.2], size=[0.05, 0.3, 0.1]),
-    pr.attached(start=[0, 0.1, 0], end=[0, 0.3, 0], radius=0.06),
+    pr.Attached(link="forearm", centre=[0.2, 0, 0.2], size=[0.05, 0.3, 0.1]),
+    pr.Attached(start=[0, 0.1, 0], end=[0, 0.3, 0], radius=0.06),
 )
 EYE = pr.MountedSensor("base", (0.5, 0.0, 1.5), (0, 0, -1), SQUARE, (0, 1, 0))
 PAD = pr.MountedSensor("forearm", (0.0, 0.1, 0.2), (0.0, 1.0, 0.0))

@@ -216,7 +216,7 @@ def test_there_and_back():
     scene = pr.Scene(
         targets=pr.Shell(0.5, reachable="person"),
         person=pr.Person(areas=[[(0, 0), (1, 0), (0, 1)]], shoulder=1.0),
-        obstacles=pr.obstacle("floor", floor=-0.7),
+        obstacles=pr.Obstacle("floor", floor=-0.7),
     )
     back = SceneModel.from_domain(scene.core).to_domain()
     assert (back.person, back.targets) == (scene.core.person, scene.core.targets)

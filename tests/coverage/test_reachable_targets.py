@@ -166,7 +166,7 @@ def test_points_of_a_search_are_reachable():
 def test_there_and_back(tmp_path):
     scene = pr.Scene(
         targets=[pr.Shell(0.5, reachable=True), pr.Box((1, 1, 1), reachable=True), pr.Shell(0.5)],
-        obstacles=pr.obstacle("table", centre=(0, 0, -0.1), size=(2, 2, 0.1)),
+        obstacles=pr.Obstacle("table", centre=(0, 0, -0.1), size=(2, 2, 0.1)),
     )
     assert [str(t.target) for t in scene.targets] == ["V_S(0.5) reachable", "box", "V_S(0.5)"]
     assert SceneModel.from_domain(scene.core).to_domain().targets == scene.core.targets

@@ -37,7 +37,7 @@ from ..strategies.solids import boxes, capsule, pointed_bodies
 from ..strategies.units import metres, points_mm
 
 NEAR = Shell(0.5)
-TOOL = pr.attached("tool", centre=[0, 0.1, 0], size=[0.1, 0.2, 0.06])
+TOOL = pr.Attached("tool", centre=[0, 0.1, 0], size=[0.1, 0.2, 0.06])
 ANGLES = st.tuples(*[st.integers(-180, 180)] * LONGEST)
 LINKS = st.sampled_from(["tcp", "forearm", "upper_arm", "base"])
 POLYHEDRA = boxes(300, (40, 400)) | pointed_bodies(300)
@@ -178,27 +178,27 @@ def test_an_enclosing_capsule_contains_every_corner(body):
 
 def test_a_tool_leaves_rings_their_tube_and_is_named_where_it_obstructs_them():
     bare = Scene()
-    wide = pr.attached("bottle", start=[0, 0, 0], end=[0, 0.2, 0], radius=0.09)
+    wide = pr.Attached("bottle", start=[0, 0, 0], end=[0, 0.2, 0], radius=0.09)
     on = replace(bare, robot=bare.robot.with_attached((wide,)))
     for link in bare.robot.links:  # rings surround the link, not the tool
         assert on.least_radius(link) == bare.least_radius(link)
     ring = Ring("tool", 0.0, 8, radius=bare.radius_of("tool"))
     assert "bottle" not in MountClearance(bare).within(ring)
     assert "bottle" in MountClearance(on).within(ring)
-    small = pr.attached("nut", centre=[0, 0.1, 0], size=[0.05, 0.05, 0.05])
+    small = pr.Attached("nut", centre=[0, 0.1, 0], size=[0.05, 0.05, 0.05])
     beyond = replace(bare, robot=bare.robot.with_attached((small,)))
     assert MountClearance(beyond).within(ring) == MountClearance(bare).within(ring)
 
 
 def test_a_sensor_inside_a_tool_names_it():
-    cover = pr.attached("cover", link="forearm", centre=[0, 0, 0.3], size=[0.3, 0.3, 0.3])
+    cover = pr.Attached("cover", link="forearm", centre=[0, 0, 0.3], size=[0.3, 0.3, 0.3])
     scene = pr.Scene(attached=[cover]).core
     blocked = unseeing(scene, Setup((Ring("forearm", 0.5, 4, radius=0.08),)))
     assert [u.within for u in blocked] == ["cover"] * 4
 
 
 def test_transparent_bodies_include_tools_but_targets_never_do():
-    tool = pr.attached(link="forearm", centre=[0.25, 0, 0.2], size=[0.1, 0.3, 0.3])
+    tool = pr.Attached(link="forearm", centre=[0.25, 0, 0.2], size=[0.1, 0.3, 0.3])
     bare, on = pr.Scene.paper(), pr.Scene.paper(attached=[tool])
     setup = Setup((Ring("upper_arm", 0.5, 8),))
     one, other = (Verifier(s.core, 0.04).verify(setup, NEAR) for s in (bare, on))
@@ -211,7 +211,7 @@ def test_transparent_bodies_include_tools_but_targets_never_do():
 
 def test_both_descriptions_of_the_links_carry_what_is_attached():
     robot = ROBOTS["ur10"].with_attached(
-        (TOOL, pr.attached("ball", radius=0.1, start=[0, 0.1, 0], end=[0, 0.1, 0]))
+        (TOOL, pr.Attached("ball", radius=0.1, start=[0, 0.1, 0], end=[0, 0.1, 0]))
     )
     for real in (True, False):
         other = robot.with_links(real)
@@ -221,12 +221,12 @@ def test_both_descriptions_of_the_links_carry_what_is_attached():
     assert robot.with_attached(()) is ROBOTS["ur10"]
     assert built_in(robot.unladen)
     assert not built_in(robot)
-    paper = pr.Scene.paper(attached=[pr.attached(link="upper_arm", size=[0.1] * 3)])
+    paper = pr.Scene.paper(attached=[pr.Attached(link="upper_arm", size=[0.1] * 3)])
     assert paper.replace(rules=pr.Rules()).core.real
 
 
 def test_a_robot_that_moves_its_tool_into_itself_is_not_clear():
-    stick = pr.attached("stick", centre=[0, 0.6, 0], size=[0.02, 1.2, 0.02])
+    stick = pr.Attached("stick", centre=[0, 0.6, 0], size=[0.02, 1.2, 0.02])
     bare, on = Scene(), pr.Scene(attached=[stick]).core
     rng = np.random.default_rng(0)
     joints = rng.uniform(-np.pi, np.pi, (64, 6))
@@ -240,7 +240,7 @@ def test_a_robot_that_moves_its_tool_into_itself_is_not_clear():
 
 
 def test_the_protective_volume_reaches_about_a_tool():
-    far = pr.attached("far", centre=[0, 1.5, 0], size=[0.1, 3.0, 0.1])
+    far = pr.Attached("far", centre=[0, 1.5, 0], size=[0.1, 3.0, 0.1])
     scene = pr.Scene(attached=[far], targets=[pr.ProtectiveVolume()])
     q = scene.core.poses[0].q
     T = link_pose(scene.core.robot, "tcp", q)
@@ -278,11 +278,11 @@ def test_a_scene_file_gives_what_python_does_and_is_read_back(tmp_path):
     said = pr.Scene(
         robot="ur10e",
         attached=[
-            pr.attached("gripper", centre=[0, 0.07, 0], size=[0.1, 0.14, 0.06]),
-            pr.attached(
+            pr.Attached("gripper", centre=[0, 0.07, 0], size=[0.1, 0.14, 0.06]),
+            pr.Attached(
                 "camera", link="forearm", start=[0.1, 0, 0.2], end=[0.1, 0, 0.3], radius=0.03
             ),
-            pr.attached("wedge", link="wrist_1", rpy_deg=[0, 0, 90], points=corners / 1000),
+            pr.Attached("wedge", link="wrist_1", rpy_deg=[0, 0, 90], points=corners / 1000),
         ],
     )
     pr.save(read, tmp_path / "again.toml")
@@ -317,24 +317,24 @@ def test_what_cannot_be_attached_is_one_line(tmp_path, keys, says):
 
 
 def test_python_refuses_what_a_file_may_not_say():
-    with pytest.raises(pr.InputError, match="attached"):
-        pr.attached("nothing")
+    with pytest.raises(pr.InputError, match="Attached"):
+        pr.Attached("nothing")
     with pytest.raises(pr.InputError, match="'hand'"):
-        pr.Scene(attached=[pr.attached(link="hand", size=[0.1] * 3)])
+        pr.Scene(attached=[pr.Attached(link="hand", size=[0.1] * 3)])
     with pytest.raises(pr.InputError, match="bodies"):
         pr.Scene(robot=replace(ROBOTS["ur10"], bodies=()), attached=TOOL)
     with pytest.raises(pr.InputError, match="attached: found 3"):
         pr.Scene(attached=3)
     with pytest.raises(pr.InputError, match="'wrist_1'"):
-        pr.Scene(attached=pr.attached(link="wrist_1", size=[0.1] * 3)).replace(robot="panda")
+        pr.Scene(attached=pr.Attached(link="wrist_1", size=[0.1] * 3)).replace(robot="panda")
     scene = pr.Scene(attached=TOOL).replace(robot="ur5e")
     assert scene.attached == (TOOL,)
     assert "attached: tool" in repr(scene)
     assert scene.replace(attached=None).core.robot is ROBOTS["ur5e"].with_links(True)
 
 
-WEDGE = pr.attached("wedge", link="base", points=[[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]])
-BALL = pr.attached("ball", link="forearm", start=[0.2, 0, 0.1], end=[0.2, 0, 0.1], radius=0.05)
+WEDGE = pr.Attached("wedge", link="base", points=[[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]])
+BALL = pr.Attached("ball", link="forearm", start=[0.2, 0, 0.1], end=[0.2, 0, 0.1], radius=0.05)
 
 
 @pytest.mark.parametrize("kind", ["urdf", "mjcf", "glb"])
@@ -379,7 +379,7 @@ def test_the_page_in_the_browser_shows_what_is_attached():
 
 
 def test_expected_readings_are_those_of_an_obstacle_where_the_tool_stands():
-    tool = pr.attached("tool", link="forearm", centre=[0.2, 0, 0.2], size=[0.05, 0.3, 0.2])
+    tool = pr.Attached("tool", link="forearm", centre=[0.2, 0, 0.2], size=[0.05, 0.3, 0.2])
     scene, setup = pr.Scene(attached=[tool]).core, Setup((Ring("forearm", 0.2, 6, radius=0.09),))
     poses = np.stack([scene.poses[0].q, scene.poses[0].q + 0.3])
     read = expected(scene, setup, np.concatenate([poses, poses[:1]]))

@@ -115,12 +115,12 @@ def test_the_makers_table_begins_at_the_pendants_base(seed):
 
 def test_python_and_target_files_turn_likewise(tmp_path):
     box = pr.Box((0.4, 0.2, 0.3), centre=(0.5037, 0.2, 0.4), name="door")
-    wall = pr.obstacle("wall", size=(0.1, 1.0, 1.0), centre=(0.7, 0.3, 0.2))
+    wall = pr.Obstacle("wall", size=(0.1, 1.0, 1.0), centre=(0.7, 0.3, 0.2))
     scene = pr.Scene("ur5e", targets=box, obstacles=wall, base="pendant")
     assert scene.targets[0].centre == (-0.5037, -0.2, 0.4)
     again = scene.replace(obstacles=wall, base="pendant").core.obstacles[0]
-    assert again.keys == scene.core.obstacles[0].keys
-    assert again.keys["centre"] == [-0.7, -0.3, 0.2]
+    assert again == scene.core.obstacles[0]
+    assert again.centre == (-0.7, -0.3, 0.2)
     assert scene.base == "base_link"
     with refused("base", "pendant", error=pr.InputError):
         pr.Scene("panda", obstacles=wall, base="pendant")
@@ -154,7 +154,7 @@ def test_sensors_of_a_proposal_on_the_base_turn_with_its_scene(tmp_path):
 
 
 def test_a_cell_of_a_ur_arm_without_a_base_gets_a_note():
-    wall = pr.obstacle("wall", size=(0.1, 1.0, 1.0), centre=(0.7, 0.3, 0.2))
+    wall = pr.Obstacle("wall", size=(0.1, 1.0, 1.0), centre=(0.7, 0.3, 0.2))
     each = [
         pr.Scene("ur5e", obstacles=wall),
         pr.Scene("ur5e", obstacles=wall, base="base_link"),

@@ -54,11 +54,7 @@ from scipy.spatial import ConvexHull
 
 from ..support import drawing
 
-TABLE = Obstacle(
-    "table",
-    box((0.5, 0, 0.3), (0.4, 0.8, 0.05)),
-    {"centre": [0.5, 0.0, 0.3], "size": [0.4, 0.8, 0.05]},
-)
+TABLE = Obstacle("table", centre=(0.5, 0.0, 0.3), size=(0.4, 0.8, 0.05))
 
 
 def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) -> Scene:

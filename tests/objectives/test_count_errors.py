@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.targets.own import Box, Sphere
 from place_rings.coverage.targets.target import Target
@@ -33,7 +32,7 @@ def at_half_voxels(rng, low, high, shape=()):
 def slab(name, low, high):
     low, high = np.array(low), np.array(high)
     centre, size = (low + high) / 2, high - low
-    return Obstacle(name, box(centre, size), {"centre": centre.tolist(), "size": size.tolist()})
+    return Obstacle(name, centre=centre, size=size)
 
 
 def some_cell(kind, rng) -> tuple[Scene, Setup, Target]:

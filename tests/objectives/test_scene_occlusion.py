@@ -14,7 +14,6 @@ from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.mounting_errors import Mountings
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
-from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets.named import Shell
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
@@ -33,11 +32,7 @@ from place_rings.objectives.verify_breakdown import by_occlusion
 
 FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 NEAR = Shell(0.5)
-TABLE = Obstacle(
-    "table",
-    box((0.6, 0, 0.2), (0.8, 1.2, 0.05)),
-    {"centre": [0.6, 0.0, 0.2], "size": [0.8, 1.2, 0.05]},
-)
+TABLE = Obstacle("table", centre=(0.6, 0.0, 0.2), size=(0.8, 1.2, 0.05))
 
 
 def test_obstacles_are_no_target_and_shadow_under_every_model():
@@ -56,7 +51,7 @@ def test_obstacles_are_no_target_and_shadow_under_every_model():
 
 
 def test_certified_holds_the_count_under_every_model():
-    scene = paper_scene(obstacles=(TABLE, Obstacle("floor", half_space(-0.3), {"floor": -0.3})))
+    scene = paper_scene(obstacles=(TABLE, Obstacle("floor", floor=-0.3)))
     for occlusion in ("shadow", "blind"):
         one = replace(scene, occlusion=occlusion)
         found = Verifier(one, None, "certified", 0.04).verify(named_setup("n1_8_0"), NEAR)

@@ -43,7 +43,7 @@ def scene_of(number: int, **fields) -> Scene:
     """A robot that holds a solid, at two poses of different weight, before an obstacle, with a
     sensor of the cell; the fields go before these."""
     rng = np.random.default_rng(number)
-    tool = pr.attached("tool", size=[0.1, 0.2, 0.06], centre=rng.uniform(-0.2, 0.2, 3).tolist())
+    tool = pr.Attached("tool", size=[0.1, 0.2, 0.06], centre=rng.uniform(-0.2, 0.2, 3).tolist())
     robot = (carried(ROBOTS["ur5e"]), ROBOTS["panda"], ROBOTS["ur10"])[number % 3]
     poses = rng.uniform(-1.5, 1.5, (2, len(robot.chain)))
     place = rng.uniform(-0.6, 0.6, 3) + 0.25 * np.array(

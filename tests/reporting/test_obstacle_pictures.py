@@ -20,7 +20,7 @@ def cell(*obstacles):
 
 @given(sides, angles)
 def test_a_turned_box_has_its_twelve_edges(size, rpy_deg):
-    (one,) = cell(pr.obstacle("box", size=size, rpy_deg=rpy_deg)).obstacles
+    (one,) = cell(pr.Obstacle("box", size=size, rpy_deg=rpy_deg)).obstacles
     edges = sharp_edges(faces_within(one.body, ROOM))
     lengths = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
     assert np.allclose(np.sort(lengths), np.sort(np.repeat(size, 4)), atol=1e-5)
@@ -30,17 +30,17 @@ def test_a_turned_box_has_its_twelve_edges(size, rpy_deg):
 def test_a_wall_beside_the_box_is_drawn_and_a_far_one_is_not(axis, side):
     size, near, far = np.ones(3), np.zeros(3), np.zeros(3)
     size[axis], near[axis], far[axis] = 0.1, 0.6 * side, 1.6 * side
-    box = with_obstacles(BOX, cell(pr.obstacle("wall", size=size, centre=near)))
+    box = with_obstacles(BOX, cell(pr.Obstacle("wall", size=size, centre=near)))
     assert np.abs(box[:, axis]).max() > 0.64
-    assert np.allclose(with_obstacles(BOX, cell(pr.obstacle("wall", size=size, centre=far))), BOX)
-    assert np.allclose(with_obstacles(BOX, cell(pr.obstacle("floor", floor=-0.6))), BOX)
+    assert np.allclose(with_obstacles(BOX, cell(pr.Obstacle("wall", size=size, centre=far))), BOX)
+    assert np.allclose(with_obstacles(BOX, cell(pr.Obstacle("floor", floor=-0.6))), BOX)
 
 
 def test_a_table_hides_nothing_from_above():
     ground = np.array(
         [[[-0.4, -0.4, -0.4], [0.4, -0.4, -0.4], [0.4, 0.4, -0.4], [-0.4, 0.4, -0.4]]]
     )
-    table = pr.obstacle("table", size=(0.7, 0.7, 0.05))
+    table = pr.Obstacle("table", size=(0.7, 0.7, 0.05))
 
     def picture(*obstacles):
         canvas = Canvas(None, BOX, -90.0, 89.99)

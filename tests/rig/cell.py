@@ -6,16 +6,11 @@ import numpy as np
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets.named import Shell
-from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Obstacle, paper_scene
 
-FLOOR, TABLE, BOX = obstacles_of(
-    [
-        ObstacleModel(name="floor", floor=-0.75),
-        ObstacleModel(name="table", centre=[0.9, 0.0, -0.2], size=[0.6, 1.2, 0.05]),
-        ObstacleModel(name="box", centre=[-0.7, 0.5, -0.45], size=[0.4, 0.5, 0.6]),
-    ]
-)
+FLOOR = Obstacle("floor", floor=-0.75)
+TABLE = Obstacle("table", centre=[0.9, 0.0, -0.2], size=[0.6, 1.2, 0.05])
+BOX = Obstacle("box", centre=[-0.7, 0.5, -0.45], size=[0.4, 0.5, 0.6])
 SCENE = paper_scene(obstacles=(FLOOR, TABLE, BOX))
 SHELLS = replace(SCENE, targets=(Shell(0.25), Shell(0.2)))
 SQUARE = Sensor(np.radians(45), 1.5, None, np.radians(30))

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.objectives.motion_limits import Motion
 from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import Obstacle
 from place_rings.rig.check import actors
 from place_rings.rig.poses.clear import clear, from_cell, gaps, least_gaps, neighbours, sunk
 from place_rings.rig.poses.itinerary import Itinerary, reachable
@@ -145,13 +145,9 @@ def test_a_body_near_an_obstacle_at_the_scenes_own_pose_may_come_no_nearer():
     """
     motion = SCENE.motion
     height = (
-        gaps(replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=-5.0)])), HOME[None])[1]
-        .min(axis=0)[2:]
-        .min()
+        gaps(replace(SCENE, obstacles=(Obstacle(floor=-5.0),)), HOME[None])[1].min(axis=0)[2:].min()
     )
-    bench = replace(
-        SCENE, obstacles=obstacles_of([ObstacleModel(floor=float(height) - 5.0 - 0.05)])
-    )
+    bench = replace(SCENE, obstacles=(Obstacle(floor=float(height) - 5.0 - 0.05),))
     near = gaps(bench, HOME[None])[1][0]
     assert (near[2:] < motion.cell).any()
     least = least_gaps(bench, motion.own, motion.cell)[1]
@@ -171,9 +167,9 @@ def test_a_body_near_an_obstacle_at_the_scenes_own_pose_may_come_no_nearer():
 @given(st.floats(0.001, 0.2))
 def test_the_slack_of_planning_never_excludes_the_scenes_own_pose(gap):
     """A floor at any distance below the scene's own pose: also one just above ``cell_m``."""
-    motion, far = SCENE.motion, obstacles_of([ObstacleModel(floor=-5.0)])
+    motion, far = SCENE.motion, (Obstacle(floor=-5.0),)
     height = gaps(replace(SCENE, obstacles=far), HOME[None])[1][0, 2:].min() - 5.0
-    bench = replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=float(height) - gap)]))
+    bench = replace(SCENE, obstacles=(Obstacle(floor=float(height) - gap),))
     assert clear(bench, HOME[None], motion.cell, motion.own, SLACK)[0]
     least = least_gaps(bench, motion.own, motion.cell, SLACK)[1]
     assert np.all(least >= least_gaps(bench, motion.own, motion.cell)[1])

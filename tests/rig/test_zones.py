@@ -12,10 +12,9 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import effective
-from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Obstacle, paper_scene
 from place_rings.rig.check import part_results as parts
 from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.findings import differences
@@ -129,10 +128,10 @@ def test_the_nearest_zone_reads_what_the_whole_beam_reads(q):
 def screen_before_a_wall(edge_y):
     """A scene with a wall at x = 2 m behind a screen at x = 1 m, on the side y > ``edge_y``."""
     walls = [
-        ObstacleModel(name="wall", centre=[2.05, 0, 0], size=[0.1, 9, 9]),
-        ObstacleModel(name="screen", centre=[1.005, edge_y + 1, 0], size=[0.01, 2, 4]),
+        Obstacle("wall", centre=[2.05, 0, 0], size=[0.1, 9, 9]),
+        Obstacle("screen", centre=[1.005, edge_y + 1, 0], size=[0.01, 2, 4]),
     ]
-    scene = paper_scene(obstacles=obstacles_of(walls))
+    scene = paper_scene(obstacles=tuple(walls))
     return replace(scene, robot=replace(scene.robot, bodies=()))
 
 
