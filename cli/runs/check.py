@@ -81,7 +81,7 @@ def check_replay(subject: str | None, path: Path, out: Path, *, bag: bool, as_js
     console = Terminal(stderr=True)
     with console.status("reading"):
         data = CheckData.replayed(path)
-    setup = data.check.about.setup
+    setup = data.check.name
     if subject is not None and subject != setup:
         raise UserError(f"{path}: found a recording of {setup}, allowed: a recording of {subject}")
     with made_folder(out) as folder:

@@ -40,8 +40,8 @@ class Assessment:
 def assess(data: CheckData) -> Assessment:
     """Assess a check by the data received."""
     check, gathered = data.check, data.gathered
-    done, about, setup = part_results(check, gathered), check.about, check.setup
-    verifier = Verifier(check.scene, about.voxel)
+    done, setup = part_results(check, gathered), check.setup
+    verifier = Verifier(check.scene, check.voxel)
     mount = mount_of(check, len(done.stops), done.built, verifier)
     coverage = [coverage_of(check, rod, done.built) for rod in done.rods]
     lines = lines_of(setup, check.ports, gathered)
@@ -57,10 +57,10 @@ def assess(data: CheckData) -> Assessment:
     elif mount is not None and any(ring.open for ring in mount.rings):
         verdict = "unfinished"
     result = CheckResult(
-        setup=about.setup,
-        simulated=about.injected,
-        faults=about.faults,
-        seed=about.seed,
+        setup=check.name,
+        simulated=check.simulated,
+        faults=check.faults,
+        seed=check.seed,
         recorded=time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(data.wall)),
         seconds=seconds_of(gathered),
         verdict=verdict,
@@ -75,6 +75,6 @@ def assess(data: CheckData) -> Assessment:
         mount=mount,
         coverage=coverage,
         calibration=calibration_effect(verifier, setup),
-        version=about.version,
+        version=check.version,
     )
     return Assessment(result, done, verifier)

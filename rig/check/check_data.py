@@ -32,6 +32,6 @@ class CheckData:
         """
         recorded = RecordingReader(path)
         check = PlannedCheck.read(str(path), recorded.about.get("check"))
-        scene, stale = check.scene, check.about.stale_s
+        scene, stale = check.scene, check.stale_s
         gathered = replay(recorded.records(), check.ports, stale, scene.link, thinned, scene.robot)
         return CheckData(check, gathered, recorded.wall, recorded.damage, path)

@@ -25,7 +25,6 @@ from .actors import GuidedRobot, Helper, MovedRobot, SimulatedHelper
 from .arm_calibration import ArmKinematics, arm_kinematics
 from .attendant import Attendant
 from .check_data import CheckData
-from .models import AboutFile
 from .options import CheckOptions
 from .planned_check import PlannedCheck
 from .plans import Plans
@@ -110,9 +109,8 @@ class LiveCheck:
             UserError: if the check cannot start.
         """
         with self._rig(ports, folder, attendant) as rig:
-            about = self._about(plans, rig)
-            check = PlannedCheck.read("about", about.model_dump(mode="json"))
-            recording = Recording(_free(folder), {"check": about.model_dump(mode="json")})
+            check = PlannedCheck.read("check", self._planned(plans, rig).header)
+            recording = Recording(_free(folder), {"check": check.header})
             session = Session(
                 *(rig.address, check.ports, recording),
                 limits=self.scene.link,
@@ -146,21 +144,21 @@ class LiveCheck:
             ]
             yield _Rig(rig.address, own, rig)
 
-    def _about(self, plans: Plans, rig: _Rig) -> AboutFile:
-        return AboutFile(
-            setup=self.name,
+    def _planned(self, plans: Plans, rig: _Rig) -> PlannedCheck:
+        return PlannedCheck(
+            name=self.name,
             proposal=ProposalFile.of(self.setup, self.scene),
             seed=self.options.seed,
-            injected=rig.simulated is not None,
+            simulated=rig.simulated is not None,
             faults=self.options.injected,
             moved=self.moved,
             stale_s=self.scene.link.state_stale * self._patience,
             voxel=self.options.voxel,
-            ports=list(rig.ports),
+            ports=rig.ports,
             seconds=plans.seconds,
             wave=plans.wave,
             stops=plans.mount,
-            trials=list(plans.rods),
+            trials=plans.rods,
             version=version("place-rings"),
         )
 

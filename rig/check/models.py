@@ -2,77 +2,22 @@
 --json``).
 """
 
-from typing import Annotated, Literal, Self
+from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from ...coverage.definitions.definition import refuse
 from ...coverage.targets.target import key_text
 from ...formats.schema.base_model import StrictModel
 from ...formats.schema.field_types import Percent
-from ...formats.schema.proposal_models import ProposalFile
-from ...formats.schema.robot_models import robot_of
 from ...objectives.verified import CalibrationEffect
 from ..mount.as_built import ZetaModel
 from ..mount.fit_record import RingFitModel
-from ..mount.stop_plan import MountPlanFile
-from ..rings.line_monitor import Port
-from ..rod.trial_plan import RodPlanFile
 
 DISCLAIMER = (
     "place-rings is an engineering aid. A check is no safety function and confers no safety rating:"
     " the robot's own safety functions protect people near the robot; nothing in the check"
     " does."
 )
-_Text = Annotated[str, Field(max_length=1000)]
-
-
-class AboutFile(StrictModel):
-    """Header of a recording: everything that a report needs beside the readings.
-
-    ``stale_s`` is the maximum age of a robot's state, in seconds. ``injected`` says whether the rig
-    was simulated, ``faults`` whether with the faults that the seed injects. ``trials`` has one plan
-    for each target.
-    """
-
-    setup: _Text
-    proposal: ProposalFile
-    seed: int = Field(ge=0)
-    injected: bool
-    faults: Literal["random", "none"] = "random"
-    moved: bool
-    stale_s: float = Field(gt=0, le=100)
-    voxel: float = Field(gt=0, le=1)
-    ports: list[Port] = Field(min_length=1, max_length=255)
-    seconds: float | None = Field(default=None, gt=0, le=3600)
-    wave: bool = False
-    stops: MountPlanFile | None = None
-    trials: list[RodPlanFile] = Field(default=[], max_length=100)
-    version: _Text
-
-    @model_validator(mode="after")
-    def _agreeing(self) -> Self:
-        rings = [*(ring.count for ring in self.proposal.rings), *(1 for _ in self.proposal.sensors)]
-        if [port.count for port in self.ports] != rings:
-            refuse(
-                [
-                    (
-                        ("ports",),
-                        f"counts {[port.count for port in self.ports]}",
-                        f"those of the rings, {rings}",
-                    )
-                ]
-            )
-        joints = len(robot_of(self.proposal.scene.robot).chain)
-        plans = [p for p in (self.stops, *self.trials) if p]
-        angles = {p.joints.shape[1] for p in plans}
-        if angles - {joints}:
-            refuse(
-                [(("stops",), f"{max(angles - {joints})} angles", f"{joints}, as the robot has")]
-            )
-        if any(p.poses != self.trials[0].poses for p in self.trials):
-            refuse([(("trials",), "other poses for another target", "the same")])
-        return self
 
 
 class LinkModel(StrictModel):

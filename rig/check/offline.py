@@ -21,7 +21,6 @@ from ..sources.files import FileData, RigFiles, read_files
 from ..sources.names import rig_names
 from ..sources.standstills import Standstill
 from .check_data import CheckData
-from .models import AboutFile
 from .options import CheckOptions, FileOptions
 from .planned_check import PlannedCheck, ring_names
 from .plans import read_plans
@@ -55,11 +54,11 @@ def file_check(
     assert from_.joints is not None
     files = RigFiles.of(scene.robot, names.steps, from_.joints, from_.readings, from_.steps)
     data = read_files(files, setup, scene.robot, names, rings)
-    about = _Steps(setup, scene, from_, options, data).about(name)
+    check = _Steps(setup, scene, from_, options, data).check(name)
     gathered = data.gathered
     gathered.said.sort(key=lambda note: note[0])
     gathered.said.append((gathered.states[-1].time, {"what": "ended", "why": ""}))
-    check = PlannedCheck.read(files.joints.name, about.model_dump(mode="json"))
+    check = PlannedCheck.read(files.joints.name, check.header)
     return CheckData(check, gathered, gathered.states[0].time)
 
 
@@ -84,8 +83,8 @@ class _Steps:
             else (None, ())
         )
 
-    def about(self, name: str) -> AboutFile:
-        """Return the header that a recording of this check would have."""
+    def check(self, name: str) -> PlannedCheck:
+        """Return the check that a recording would have."""
         parts, setup = self._options.parts, self._setup
         seconds = self._self() if "self" in parts else None
         mount = self._stops() if "mount" in parts and setup.rings else None
@@ -94,11 +93,11 @@ class _Steps:
             Port(name=topics, count=group.count, decoder="file", baud=BAUD)
             for group, topics in zip(setup.groups, self._data.topics, strict=True)
         ]
-        return AboutFile(
-            setup=name,
+        return PlannedCheck(
+            name=name,
             proposal=ProposalFile.of(setup, self._scene),
             seed=self._options.seed,
-            injected=False,
+            simulated=False,
             moved=False,
             stale_s=min(STALE * self._data.gathered.patience, 10.0),
             voxel=self._options.voxel,
@@ -106,7 +105,7 @@ class _Steps:
             seconds=seconds,
             wave="self" in parts and bool(self._of("wave")),
             stops=mount,
-            trials=list(rods),
+            trials=rods,
             version=version("place-rings"),
         )
 

@@ -1,38 +1,80 @@
 """A planned check: setup, scene and plans, as its recording stores them."""
 
-from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, Literal
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
+from ...coverage.definitions.definition import adapter, definition, refuse
 from ...coverage.definitions.errors import explain
+from ...coverage.definitions.field_types import Items
 from ...coverage.rings.ring import Setup
+from ...formats.schema.proposal_models import ProposalFile
+from ...formats.schema.robot_models import robot_of
 from ...formats.schema.versions import FROM_FILE
 from ...objectives.scene import Scene
+from ..mount.stop_plan import MountPlanFile
 from ..rings.line_monitor import Port
+from ..rod.trial_plan import RodPlanFile
 from ..simulated_cell.ground_truth import Injected, injected
-from .models import AboutFile
 from .plans import Plans
 
+_Text = Annotated[str, Field(max_length=1000)]
 
-@dataclass(frozen=True)
+
+@definition(kw_only=True)
 class PlannedCheck:
-    """A setup in a scene, and the plans of its check."""
+    """A setup in a scene, and the plans of its check: the header of its recording, with everything
+    that a report needs beside the readings.
+    """
 
-    about: AboutFile
-    """Header of the recording."""
-    scene: Scene
-    """Robot, cell and targets."""
-    setup: Setup
-    """The rings as proposed."""
-    plans: Plans
-    """The planned parts."""
+    name: _Text
+    """Name of the setup, for display."""
+    proposal: ProposalFile
+    """Rings and scene."""
+    seed: Annotated[int, Field(ge=0)]
+    """Random seed."""
+    simulated: bool
+    """Whether the rig is simulated."""
+    faults: Literal["random", "none"] = "random"
+    """Whether a simulated rig has the errors and faults that the seed injects."""
+    moved: bool
+    """Whether the check moves the robot."""
+    stale_s: Annotated[float, Field(gt=0, le=100)]
+    """Maximum age of a robot's state, s."""
+    voxel: Annotated[float, Field(gt=0, le=1)]
+    """Edge of the voxels in which coverage is counted, m."""
+    ports: Annotated[Items[Port], Field(min_length=1, max_length=255)]
+    """Ports of the rings."""
+    seconds: Annotated[float, Field(gt=0, le=3600)] | None = None
+    """Duration of the self check, s."""
+    wave: bool = False
+    """Whether a hand passes over the sensors, ring by ring."""
+    stops: MountPlanFile | None = None
+    """Stops of the mount check."""
+    trials: Annotated[Items[RodPlanFile], Field(max_length=100)] = ()
+    """Trials of the coverage check in each target."""
+    version: _Text
+    """Version of the package."""
+
+    def __post_init__(self) -> None:
+        counts, rings = [port.count for port in self.ports], self.proposal.rings
+        wanted = [*(ring.count for ring in rings), *(1 for _ in self.proposal.sensors)]
+        if counts != wanted:
+            refuse([(("ports",), f"counts {counts}", f"those of the rings, {wanted}")])
+        joints = len(robot_of(self.proposal.scene.robot).chain)
+        if odd := {q.shape[1] for q in self.plans.poses} - {joints}:
+            refuse([(("stops",), f"{max(odd)} angles", f"{joints}, as the robot has")])
+        if any(plan.poses != self.trials[0].poses for plan in self.trials):
+            refuse([(("trials",), "other poses for another target", "the same")])
 
     @staticmethod
-    def of(about: AboutFile) -> "PlannedCheck":
-        """Create the check that a header describes."""
-        scene = about.proposal.scene.to_domain()
-        plans = Plans(about.seconds, about.stops, tuple(about.trials), about.wave)
-        return PlannedCheck(about, scene, about.proposal.setup(scene), plans)
+    def _of_table(table: dict[str, Any]) -> dict[str, Any]:
+        return {_NAMES.get(key, key): value for key, value in table.items()}
+
+    def _as_table(self, table: dict[str, Any]) -> dict[str, Any]:
+        keys = {name: key for key, name in _NAMES.items()}
+        return {keys.get(name, name): value for name, value in table.items()}
 
     @staticmethod
     def read(name: str, content: object) -> "PlannedCheck":
@@ -40,21 +82,40 @@ class PlannedCheck:
         is invalid.
         """
         try:
-            return PlannedCheck.of(AboutFile.model_validate(content, context=FROM_FILE))
+            check: PlannedCheck = adapter(PlannedCheck).validate_python(content, context=FROM_FILE)
         except ValidationError as error:
-            raise explain(name, error, AboutFile) from error
+            raise explain(name, error, PlannedCheck) from error
+        return check
 
     @property
-    def ports(self) -> list[Port]:
-        """Ports of the rings."""
-        return self.about.ports
+    def header(self) -> dict[str, Any]:
+        """The table of its recording."""
+        table: dict[str, Any] = adapter(PlannedCheck).dump_python(self, mode="json")
+        return table
+
+    @cached_property
+    def scene(self) -> Scene:
+        """Robot, cell and targets."""
+        return self.proposal.scene.to_domain()
+
+    @cached_property
+    def setup(self) -> Setup:
+        """The rings as proposed."""
+        return self.proposal.setup(self.scene)
+
+    @property
+    def plans(self) -> Plans:
+        """The planned parts."""
+        return Plans(self.seconds, self.stops, self.trials, self.wave)
 
     @property
     def injected(self) -> Injected | None:
         """Errors and faults of a simulated rig; None for a real one."""
-        if not self.about.injected:
-            return None
-        return injected(self.scene, self.setup, self.about.seed, self.about.faults)
+        return injected(self.scene, self.setup, self.seed, self.faults) if self.simulated else None
+
+
+_NAMES = {"setup": "name", "injected": "simulated"}
+"""Keys of a recording by which Python has something else."""
 
 
 def ring_names(setup: Setup) -> list[str]:

@@ -101,7 +101,7 @@ class Readiness:
             return
         session, check = self.session, self.check
         gathered = session.gathered.snapshot(session.rings.counts)
-        only = replace(check, plans=replace(check.plans, mount=None, rods=()))
+        only = replace(check, stops=None, trials=())
         done, lines = part_results(only, gathered), lines_of(check.setup, check.ports, gathered)
         if differs := [*done.failures, *differences(check.setup, done, None, (), lines)]:
             if not self.options.allow_differing_self_check:
@@ -127,7 +127,7 @@ class Readiness:
                 " clear pose with the pendant"
             )
         with attendant.working("planning the route"):
-            itinerary = Itinerary(scene, setup, start, check.plans.poses, check.about.seed)
+            itinerary = Itinerary(scene, setup, start, check.plans.poses, check.seed)
             stops = itinerary.near_stops()
         attendant.show_near_stops(stops, setup, scene)
         bounds, warning = bounds_of_route(check.scene, setup, stops.joints, self.real)

@@ -31,7 +31,7 @@ def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> li
     if done.rods:
         texts["trials.csv"] = csv_text(_trials(done.rods))
     if done.built is not None:
-        name = f"{check.about.setup}, as built"
+        name = f"{check.name}, as built"
         texts["built.toml"] = done.built.toml(name, assessment.verifier)
     names, old = ["check.json", "check.html"], (p.name for p in folder.glob("check-*.png"))
     with output_files(folder, *dict.fromkeys([*names, *texts, *old]), keep=True) as new:

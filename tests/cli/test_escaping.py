@@ -35,7 +35,7 @@ from place_rings.reporting.pages import code, escaped, html, table
 from place_rings.reporting.plots import save
 from place_rings.reporting.rendering.figures import write_png
 from place_rings.reporting.terminal import Terminal, say, say_json, say_lines
-from place_rings.rig.check.models import AboutFile
+from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.recording.recording import Recording
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.rings.line_monitor import Port
@@ -376,11 +376,11 @@ def hostile_scene():
 
 def test_a_hostile_recording_shows(run, tmp_path):
     scene, setup = hostile_scene()
-    about = AboutFile(
-        setup=f"small{NASTY}",
+    about = PlannedCheck(
+        name=f"small{NASTY}",
         proposal=ProposalFile.of(setup, scene),
         seed=3,
-        injected=False,
+        simulated=False,
         moved=False,
         stale_s=0.08,
         voxel=0.2,
@@ -391,7 +391,7 @@ def test_a_hostile_recording_shows(run, tmp_path):
         trials=[],
         version=f"0{NASTY}",
     )
-    with Recording(tmp_path / "tape.rig", {"check": about.model_dump(mode="json")}) as recording:
+    with Recording(tmp_path / "tape.rig", {"check": about.header}) as recording:
         for kind in ("link ended", "ring ended", "note", NASTY):
             more = {"what": kind, "why": NASTY, "detail": NASTY, "note": NASTY, "ring": 0}
             recording.put(Record(Kind.EVENT, 0, 100.0, json.dumps(more).encode()))

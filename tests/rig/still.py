@@ -24,8 +24,8 @@ def checked_still(
         Port(name=f"port {i}", count=g.count, decoder=decoder, baud=460800)
         for i, g in enumerate(setup.groups)
     ]
-    real = {"injected": False, "wave": False, "ports": ports, "seconds": frames * EVERY / HZ}
-    asked = about_file("still.toml", scene, setup, None, []).model_copy(update=real)
+    real = {"simulated": False, "wave": False, "ports": ports, "seconds": frames * EVERY / HZ}
+    asked = about_file("still.toml", scene, setup, None, [], **real)
     folder.mkdir(exist_ok=True)
     with recording_of(folder / "still.rig", asked) as recording:
 

@@ -6,7 +6,6 @@ import numpy as np
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.check_data import CheckData
-from place_rings.rig.check.models import AboutFile
 from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import Kind, Record
@@ -24,31 +23,27 @@ HZ, EVERY = 125, 5  # states a second, states between two frames
 def about_file(name, scene, setup, stops, plans, **more):
     """What a check of ``setup`` records first; ``stops`` may be None."""
     ports = enumerate(setup.groups)
-    return AboutFile(
-        setup=name,
-        proposal=ProposalFile.of(setup, scene),
-        seed=3,
-        injected=True,
-        moved=True,
-        stale_s=0.08,
-        ports=[Port(name=f"port {i}", count=g.count, baud=460800) for i, g in ports],
-        seconds=1.0,
-        stops=stops,
-        trials=plans,
-        version="0",
-        **{"wave": True, "voxel": 0.1, **more},
-    )
+    usual = {
+        "simulated": True,
+        "ports": [Port(name=f"port {i}", count=g.count, baud=460800) for i, g in ports],
+        "seconds": 1.0,
+        "wave": True,
+        "voxel": 0.1,
+    }
+    about = {"name": name, "proposal": ProposalFile.of(setup, scene), "seed": 3, "moved": True}
+    about |= {"stale_s": 0.08, "stops": stops, "trials": plans, "version": "0"}
+    return PlannedCheck(**about | usual | more)
 
 
 def recording_of(file, asked):
     """A recording that begins as that of a check does."""
-    return Recording(file, {"check": asked.model_dump(mode="json")})
+    return Recording(file, {"check": asked.header})
 
 
 def assessed(file, checked):
     """The assessment of a recorded check."""
     recorded = RecordingReader(file)
-    gathered = replay(recorded.records(), checked.ports, checked.about.stale_s)
+    gathered = replay(recorded.records(), checked.ports, checked.stale_s)
     return assess(CheckData(checked, gathered, 0.0, recorded.damage))
 
 
@@ -103,7 +98,7 @@ class Tape:
 
 def record(file, asked, mute=(), **more):
     """A whole check, as a recording, in which the sensors ``mute`` never answer."""
-    checked = PlannedCheck.of(asked)
+    checked = PlannedCheck.read("tape", asked.header)
     with recording_of(file, asked) as recording:
         tape, plans, q = Tape(recording, checked, **more), checked.plans, checked.scene.poses[0].q
         tape.world.seat[list(mute)] = DEAD

@@ -57,6 +57,6 @@ def recorded(folder, stops):
     proposed(folder, SETUP, SHELLS)
     write_plans(SHELLS, checked.plans, folder)
     reader = RecordingReader(file)
-    gathered = replay(reader.records(), checked.ports, checked.about.stale_s)
+    gathered = replay(reader.records(), checked.ports, checked.stale_s)
     found = assess(CheckData(checked, gathered, reader.wall))
     return Taped(folder, file, checked, reader, gathered, found)

@@ -52,10 +52,10 @@ def test_a_cell_that_looks_the_same_when_turned_is_not_called_turned(stops):
 
 
 def test_a_check_in_a_turned_cell_says_so_and_builds_nothing(stops, tmp_path):
-    asked = about_file("turned.toml", SHELLS, SETUP, stops, []).model_copy(
-        update={"faults": "none", "wave": False, "seconds": None}
+    asked = about_file(
+        *("turned.toml", SHELLS, SETUP, stops, []), faults="none", wave=False, seconds=None
     )
-    checked = PlannedCheck.of(asked)
+    checked = PlannedCheck.read("turned", asked.header)
     with recording_of(tmp_path / "turned.rig", asked) as recording:
         tape = Tape(recording, checked)
         tape.world = World(turned(SHELLS), SETUP)

@@ -66,7 +66,7 @@ def files_of(folder):
 @contextmanager
 def retold(file, checked):
     """A tape of the check; its self check is done."""
-    with recording_of(file, checked.about) as recording:
+    with recording_of(file, checked) as recording:
         tape = Tape(recording, checked)
         tape.stand(SCENE.poses[0].q, "self", 0, 20)
         yield tape
@@ -110,7 +110,7 @@ def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(tape
 
 
 def test_a_self_check_that_was_killed_is_judged_by_what_it_read(taped, tmp_path):
-    with recording_of(tmp_path / "kill", taped.checked.about) as recording:
+    with recording_of(tmp_path / "kill", taped.checked) as recording:
         tape = Tape(recording, taped.checked)
         tape.say = lambda what, *args, **more: (
             Tape.say(tape, what, *args, **more) if what == "begin" else None
@@ -140,7 +140,7 @@ def test_stops_that_were_not_read_are_listed_with_the_reason(taped, tmp_path):
 
 
 def test_a_rig_without_errors_and_faults_is_as_proposed(taped, tmp_path):
-    record(tmp_path / "fine.rig", taped.checked.about.model_copy(update={"faults": "none"}))
+    record(tmp_path / "fine.rig", replace(taped.checked, faults="none"))
     out = tmp_path / "out"
     assert call("check", "--replay", tmp_path / "fine.rig", "--out", out) == 0
     result = result_of(out)
@@ -175,7 +175,7 @@ def test_a_recording_that_says_what_cannot_be_is_judged_by_the_rest(taped, tmp_p
 
 
 def test_a_recording_of_something_else_is_refused(taped, tmp_path):
-    wrong = taped.checked.about.model_dump(mode="json")
+    wrong = taped.checked.header
     wrong["ports"] = wrong["ports"][:1]
     odd, out = tmp_path / "odd.rig", tmp_path / "out"
     for about, parts in (({"check": wrong}, ("ports", "[8]", "[8, 6]")), ({"rings": 2}, ())):
@@ -360,7 +360,7 @@ def test_a_waived_near_stop_is_recorded_whatever_the_scene_asks(monkeypatch, ask
     scene, said = replace(SCENE, motion=Motion(near_share=asked)), {}
     session = Mock(spec=Session, say=lambda what, **more: said.update({what: more}))
     options = replace(MOVING, allow_reduced_near_stop=True)
-    check = Mock(spec=PlannedCheck, setup=SETUP, scene=scene, plans=Mock(), about=Mock())
+    check = Mock(spec=PlannedCheck, setup=SETUP, scene=scene, plans=Mock(), seed=0)
     person = MagicMock(spec=Attendant)
     Readiness(session, check, options, person, "192.0.2.7", True).moved_robot(
         SCENE.poses[0].q, Mock()

@@ -19,7 +19,6 @@ from place_rings.objectives.link_limits import USUAL_LIMITS, LinkLimits
 from place_rings.objectives.motion_limits import Motion
 from place_rings.reporting.terminal import Terminal
 from place_rings.rig.check.attendant import Attendant
-from place_rings.rig.check.planned_check import PlannedCheck
 from place_rings.rig.check.stopping import (
     UNDETECTED,
     bounds_of_route,
@@ -282,7 +281,7 @@ def test_the_robots_watchdog_is_set_to_the_limit(monkeypatch, patience, hz):
 @pytest.mark.parametrize(("link", "used"), [(USUAL_LIMITS, 19), (LONG, 20)])
 def test_a_replay_uses_the_limits_of_the_check(tmp_path, link, used):
     """A frame that is 0.2 s late is used where the scene allows it."""
-    checked = PlannedCheck.of(about_file("small.toml", replace(SCENE, link=link), SETUP, None, []))
+    checked = about_file("small.toml", replace(SCENE, link=link), SETUP, None, [])
     path = tmp_path / "file"
     with Recording(path, {}) as recording:
         for i in range(20):

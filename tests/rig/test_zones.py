@@ -19,7 +19,6 @@ from place_rings.rig.check import part_results as parts
 from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.findings import differences
 from place_rings.rig.check.part_results import part_results
-from place_rings.rig.check.plans import Plans
 from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.channel_assignment import Order
@@ -36,7 +35,7 @@ from place_rings.rig.rings.protocol import Status
 from place_rings.rig.rings.zones import Zones
 from place_rings.rig.rod.coverage_estimate import check_rod
 from place_rings.rig.rod.rod import Detection, Rod, seen
-from place_rings.rig.rod.trial_plan import RodPlan, Stratum
+from place_rings.rig.rod.trial_plan import RodPlan, Stratum, Trial
 from place_rings.rig.sensing.expected import expected
 from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import Readings, Stops
@@ -209,6 +208,7 @@ def test_zones_see_a_rod_beside_something_nearer():
     plan = Mock(spec=RodPlan, detection=Detection(), joints=q[None])
     plan.pose = np.zeros(2, int)
     plan.stratum, plan.strata = np.zeros(2, int), (Stratum(0, True, 1.0, 2),)
+    plan.trials = [Trial(0, tuple(point)) for point in points.tolist()]
     rng = np.random.default_rng(0)
     before = read_of(world, rng, q)
     trials = [read_of(world, rng, q, rod.at(point[None])) for point in points]
@@ -325,9 +325,11 @@ def test_nothing_is_estimated_from_grids_that_fit_no_turn():
 
 def test_frames_of_another_number_of_zones_are_said(zoned):
     file, checked = zoned
-    other = replace(checked, setup=SETUP, plans=Plans(1.0, None))
+    ports = [replace(checked.ports[0], count=ring.count) for ring in SETUP.rings]
+    proposal = ProposalFile.of(SETUP, SCENE)
+    other = replace(checked, proposal=proposal, ports=ports, stops=None, wave=False)
     recorded = RecordingReader(file)
-    done = part_results(other, replay(recorded.records(), checked.ports, checked.about.stale_s))
+    done = part_results(other, replay(recorded.records(), checked.ports, checked.stale_s))
     assert done.grids == {0: (16, 64)}
 
 
@@ -338,7 +340,7 @@ def test_zones_that_read_the_same_wherever_the_robot_stands_are_a_finding(
     """More than the stated share of a sensor's zones; the others of it are alive."""
     file, checked = zoned
     monkeypatch.setattr(parts, "fit_mount", Mock(side_effect=ValueError("not fitted here")))
-    gathered = replay(RecordingReader(file).records(), checked.ports, checked.about.stale_s)
+    gathered = replay(RecordingReader(file).records(), checked.ports, checked.stale_s)
     assert part_results(checked, gathered).frozen == []
 
     def held(zones):
@@ -357,7 +359,7 @@ def test_zones_that_read_the_same_wherever_the_robot_stands_are_a_finding(
 def test_the_log_of_a_check_holds_every_zone(zoned, tmp_path):
     file, checked = zoned
     recorded = RecordingReader(file)
-    live = replay(recorded.records(), checked.ports, checked.about.stale_s)
+    live = replay(recorded.records(), checked.ports, checked.stale_s)
     bag = write_bag(checked, live, recorded.epoch, tmp_path)[0]
     read = opened(tmp_path / bag, setup=checked.setup).gathered
     told, was = read.readings(), live.readings()
