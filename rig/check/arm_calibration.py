@@ -12,9 +12,10 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Robot
 from ...formats.robots.calibration_files import calibrated_by
 from ...objectives.scene import Scene
-from ..robot.dashboard import ModelUnreadError, read_model
+from ..robot.controller_line import UnreadError
+from ..robot.dashboard import read_model
 from ..robot.primary_interface import PORT as KINEMATICS_PORT
-from ..robot.primary_interface import CalibrationUnreadError, read_kinematics
+from ..robot.primary_interface import read_kinematics
 
 _SECONDS = 3.0  # s to connect and to receive the first state
 _EQUAL = 1e-4  # m at the TCP, by which a file may differ from its controller
@@ -52,7 +53,7 @@ def arm_kinematics(scene: Scene, host: str, move: bool = False) -> ArmKinematics
     except ValueError as error:
         why = str(error)
         reason = f"the controller's calibration is not used: {error}"
-    except CalibrationUnreadError as error:
+    except UnreadError as error:
         why = str(error)
         reason = (
             f"the controller's calibration was not read ({error}), so the kinematics are those of"
@@ -71,7 +72,7 @@ def _require_model(robot: Robot, host: str, why: str) -> None:
     wanted = robot.name.removesuffix("_dh")  # other bodies of the same arm
     try:
         model = read_model(host, _SECONDS)
-    except ModelUnreadError as error:
+    except UnreadError as error:
         raise UserError(
             f"--move: controller {host} does not state which arm it moves ({why}; {error}), wanted:"
             f" {robot.name}, as in the scene; open port {KINEMATICS_PORT} of the controller"

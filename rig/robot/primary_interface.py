@@ -5,29 +5,22 @@ rtde_receive does not offer: the Denavit-Hartenberg parameters of this arm, in f
 differences.
 """
 
-import socket
 import struct
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...coverage.robots.calibration import DhTable
-from .timed_read import read_exactly
+from .controller_line import ControllerLine, UnreadError, controller_line
 
 PORT = 30001
 HEAD = struct.Struct(">iB")  # size including this header, kind; of packages and of their parts
 STATE, KINEMATICS = 16, 5
 INFO = struct.Struct(">6I24dI")  # checksums, theta, a, d, alpha, status of the calibration
-_WANTED = "kinematics"
 _MOST = 1 << 20  # bytes of a package
 _MOST_BYTES = 8 << 20  # in all; a controller sends some 100 kB a second
 _FARTHEST = 1e5  # rad or m
-
-
-class CalibrationUnreadError(Exception):
-    """Raised if a controller does not state its kinematics; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -51,14 +44,14 @@ class KinematicsInfo:
         """Read the part of a state package, without its header.
 
         Raises:
-            CalibrationUnreadError: if its values cannot be true.
+            UnreadError: if its values cannot be true.
         """
         if len(data) < INFO.size:
-            raise CalibrationUnreadError(f"its kinematics have {len(data)} bytes, not {INFO.size}")
+            raise UnreadError(f"its kinematics have {len(data)} bytes, not {INFO.size}")
         values = INFO.unpack(data[: INFO.size])
         rows = np.array(values[6:30]).reshape(4, 6)
         if not (np.abs(rows) <= _FARTHEST).all():
-            raise CalibrationUnreadError("its kinematics are no finite numbers")
+            raise UnreadError("its kinematics are no finite numbers")
         return KinematicsInfo(DhTable(*rows), values[:6], values[30])
 
 
@@ -70,42 +63,30 @@ def read_kinematics(host: str, seconds: float) -> KinematicsInfo:
         seconds: time limit.
 
     Raises:
-        CalibrationUnreadError: if it cannot be reached, or does not state it in time.
+        UnreadError: if it cannot be reached, or does not state it in time.
     """
-    until = time.monotonic() + seconds
-    try:
-        with socket.create_connection((host, PORT), seconds) as line:
-            for kind, data in _packages(line, until):
-                if kind != STATE:
-                    continue
-                for part, content in _parts(data):
-                    if part == KINEMATICS:
-                        return KinematicsInfo.unpack(content)
-    except (OSError, UnicodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error) or "no answer"
-        raise CalibrationUnreadError(f"port {PORT}: {reason}") from error
-    raise CalibrationUnreadError(f"port {PORT}: closed before its {_WANTED}")
+    with controller_line(host, PORT, seconds, "kinematics") as line:
+        states = (data for kind, data in _packages(line) if kind == STATE)
+        parts = (part for data in states for part in _parts(data))
+        return next(KinematicsInfo.unpack(data) for kind, data in parts if kind == KINEMATICS)
 
 
-def _packages(line: socket.socket, until: float) -> Iterator[tuple[int, bytes]]:
+def _packages(line: ControllerLine) -> Iterator[tuple[int, bytes]]:
     left = _MOST_BYTES
     while True:
-        head = read_exactly(line, HEAD.size, until, _WANTED)
-        size, kind = HEAD.unpack(head)
+        size, kind = HEAD.unpack(line.read(HEAD.size))
         if not HEAD.size <= size <= _MOST:
-            raise CalibrationUnreadError(f"port {PORT}: a package of {size} bytes")
+            raise UnreadError(f"port {PORT}: a package of {size} bytes")
         left -= size
         if left < 0:
-            raise CalibrationUnreadError(
-                f"port {PORT}: no kinematics in its first {_MOST_BYTES >> 20} MiB"
-            )
-        yield kind, read_exactly(line, size - HEAD.size, until, _WANTED)
+            raise UnreadError(f"port {PORT}: no kinematics in its first {_MOST_BYTES >> 20} MiB")
+        yield kind, line.read(size - HEAD.size)
 
 
 def _parts(data: bytes) -> Iterator[tuple[int, bytes]]:
     while len(data) >= HEAD.size:
         size, kind = HEAD.unpack_from(data)
         if not HEAD.size <= size <= len(data):
-            raise CalibrationUnreadError(f"port {PORT}: a part of {size} bytes")
+            raise UnreadError(f"port {PORT}: a part of {size} bytes")
         yield kind, data[HEAD.size : size]
         data = data[size:]

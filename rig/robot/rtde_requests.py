@@ -2,12 +2,10 @@
 of the protocol, and which of its inputs another client holds.
 """
 
-import socket
 import struct
-import time
 from contextlib import suppress
 
-from .timed_read import read_exactly
+from .controller_line import ControllerLine, UnreadError, controller_line
 
 PORT, VERSION = 30004, 2
 # inputs that ur-rtde's control interface takes (version 1.6.5); one client holds an input
@@ -27,9 +25,8 @@ def refusal(host: str, seconds: float) -> str:
     Empty if it accepts, or if it cannot be reached or does not answer within ``seconds``: then the
     client that connects next tells why.
     """
-    until = time.monotonic() + seconds
-    with suppress(OSError), socket.create_connection((host, PORT), seconds) as line:
-        if _accepts(line, until) is False:
+    with suppress(UnreadError), controller_line(host, PORT, seconds) as line:
+        if _accepts(line) is False:
             return f"its controller refuses version {VERSION} of RTDE; update its software"
     return ""
 
@@ -41,27 +38,26 @@ def inputs_in_use(host: str, seconds: float) -> list[str]:
     Empty if it cannot be reached or does not answer within ``seconds``: then the client that
     connects next tells why.
     """
-    until = time.monotonic() + seconds
-    with suppress(OSError), socket.create_connection((host, PORT), seconds) as line:
-        if _accepts(line, until):
-            answer = _asked(line, until, _INPUTS, ",".join(INPUTS).encode()) or b""
+    with suppress(UnreadError), controller_line(host, PORT, seconds) as line:
+        if _accepts(line):
+            answer = _asked(line, _INPUTS, ",".join(INPUTS).encode()) or b""
             kinds = answer[1:].decode(errors="replace").strip(",").split(",")
             return [n for n, kind in zip(INPUTS, kinds, strict=False) if kind == _IN_USE]
     return []
 
 
-def _accepts(line: socket.socket, until: float) -> bool | None:
+def _accepts(line: ControllerLine) -> bool | None:
     """Return whether the controller accepts the version; None without an answer."""
-    answer = _asked(line, until, _VERSION, struct.pack(">H", VERSION))
+    answer = _asked(line, _VERSION, struct.pack(">H", VERSION))
     return None if answer is None else answer[:1] == b"\1"
 
 
-def _asked(line: socket.socket, until: float, kind: int, data: bytes) -> bytes | None:
+def _asked(line: ControllerLine, kind: int, data: bytes) -> bytes | None:
     """Return the answer to a request; None if there is none among the next packages."""
-    line.sendall(HEAD.pack(HEAD.size + len(data), kind) + data)
+    line.send(HEAD.pack(HEAD.size + len(data), kind) + data)
     for _ in range(_MOST):
-        size, of = HEAD.unpack(read_exactly(line, HEAD.size, until))
-        answer = read_exactly(line, max(size - HEAD.size, 0), until)
+        size, of = HEAD.unpack(line.read(HEAD.size))
+        answer = line.read(max(size - HEAD.size, 0))
         if of == kind:
             return answer
     return None

@@ -22,12 +22,9 @@ from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.poses.clear import drawn
 from place_rings.rig.robot import dashboard as dashboard_server
 from place_rings.rig.robot import primary_interface
-from place_rings.rig.robot.dashboard import ModelUnreadError, read_model
-from place_rings.rig.robot.primary_interface import (
-    CalibrationUnreadError,
-    KinematicsInfo,
-    read_kinematics,
-)
+from place_rings.rig.robot.controller_line import UnreadError
+from place_rings.rig.robot.dashboard import read_model
+from place_rings.rig.robot.primary_interface import KinematicsInfo, read_kinematics
 from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated.arm import Arm
@@ -99,7 +96,7 @@ def test_kinematics_are_found_among_other_packages(monkeypatch, more):
 )
 def test_damaged_packages_are_refused(monkeypatch, data, size):
     host = served(monkeypatch, data)
-    with refused(size, error=CalibrationUnreadError):
+    with refused(size, error=UnreadError):
         read_kinematics(host, 5.0)
 
 
@@ -107,7 +104,7 @@ def test_damaged_packages_are_refused(monkeypatch, data, size):
 def test_any_bytes_are_finite_kinematics_or_refused(data):
     try:
         info = KinematicsInfo.unpack(data)
-    except CalibrationUnreadError:
+    except UnreadError:
         return
     assert np.isfinite(info.table.origin).all()
     assert info.pack() == data[:220]
@@ -116,9 +113,9 @@ def test_any_bytes_are_finite_kinematics_or_refused(data):
 def test_a_port_that_is_closed_or_silent_gives_a_reason(monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as server:
         monkeypatch.setattr(primary_interface, "PORT", server.getsockname()[1])
-        with refused(primary_interface.PORT, "timed out", error=CalibrationUnreadError):
+        with refused(primary_interface.PORT, "timed out", error=UnreadError):
             read_kinematics("127.0.0.1", 0.1)
-    with refused("refused", error=CalibrationUnreadError):
+    with refused("refused", error=UnreadError):
         read_kinematics("127.0.0.1", 5.0)
 
 
@@ -134,7 +131,7 @@ def test_a_port_that_never_ends_gives_a_reason_in_time(monkeypatch, kind, piece)
             sent.append(line.send(package * max(1, 4096 // len(package))))
 
     monkeypatch.setattr(primary_interface, "PORT", serve_once(talk))
-    with refused(primary_interface.PORT, error=CalibrationUnreadError):
+    with refused(primary_interface.PORT, error=UnreadError):
         read_kinematics("127.0.0.1", 0.3)
     ended.set()
     assert sum(sent) < most
@@ -147,14 +144,14 @@ def stated(monkeypatch):
 
     def model(host, seconds):
         if answers["model"] is None:
-            raise ModelUnreadError("port 29999: timed out")
+            raise UnreadError("port 29999: timed out")
         return answers["model"]
 
     monkeypatch.setattr(arm_calibration, "read_model", model)
 
     def read(host, seconds):
         if answers["info"] is None:
-            raise CalibrationUnreadError("port 30001: timed out")
+            raise UnreadError("port 30001: timed out")
         return answers["info"]
 
     monkeypatch.setattr(arm_calibration, "read_kinematics", read)
@@ -241,7 +238,7 @@ def test_the_dashboard_names_the_model(monkeypatch, model, version, name):
     if name:
         assert read_model(host, 5.0) == name
     else:
-        with refused(dashboard_server.PORT, error=ModelUnreadError):
+        with refused(dashboard_server.PORT, error=UnreadError):
             read_model(host, 0.3)
 
 
