@@ -49,7 +49,7 @@ def arm_kinematics(scene: Scene, host: str, move: bool = False) -> ArmKinematics
     robot, given = scene.robot, scene.robot.calibration
     try:
         dh_table(robot.nominal.chain)
-        info = read_kinematics(host, _SECONDS)
+        table = read_kinematics(host, _SECONDS)
     except ValueError as error:
         why = str(error)
         reason = f"the controller's calibration is not used: {error}"
@@ -60,7 +60,7 @@ def arm_kinematics(scene: Scene, host: str, move: bool = False) -> ArmKinematics
             " the model, which may be off by some millimetres; give --calibration FILE"
         )
     else:
-        return _compared(scene, calibrated_by(robot, info.table.origin, f"controller {host}"))
+        return _compared(scene, calibrated_by(robot, table.origin, f"controller {host}"))
     if move:
         _require_model(robot, host, why)
     return ArmKinematics(scene, () if given else (reason,))

@@ -7,7 +7,6 @@ differences.
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,43 +19,31 @@ STATE, KINEMATICS = 16, 5
 INFO = struct.Struct(">6I24dI")  # checksums, theta, a, d, alpha, status of the calibration
 _MOST = 1 << 20  # bytes of a package
 _MOST_BYTES = 8 << 20  # in all; a controller sends some 100 kB a second
+_LINEARISED = 2  # status of a calibration
 _FARTHEST = 1e5  # rad or m
 
 
-@dataclass(frozen=True)
-class KinematicsInfo:
-    """What a controller states about its arm."""
-
-    table: DhTable
-    """Parameters of this arm."""
-    checksum: tuple[int, ...]
-    """Checksum of each joint's calibration."""
-    status: int
-    """Status of the calibration: 0 not initialized, 1 not linearised, 2 linearised."""
-
-    def pack(self) -> bytes:
-        """Return the part of a state package, without its header."""
-        t = self.table
-        return INFO.pack(*self.checksum, *t.theta, *t.a, *t.d, *t.alpha, self.status)
-
-    @staticmethod
-    def unpack(data: bytes) -> "KinematicsInfo":
-        """Read the part of a state package, without its header.
-
-        Raises:
-            UnreadError: if its values cannot be true.
-        """
-        if len(data) < INFO.size:
-            raise UnreadError(f"its kinematics have {len(data)} bytes, not {INFO.size}")
-        values = INFO.unpack(data[: INFO.size])
-        rows = np.array(values[6:30]).reshape(4, 6)
-        if not (np.abs(rows) <= _FARTHEST).all():
-            raise UnreadError("its kinematics are no finite numbers")
-        return KinematicsInfo(DhTable(*rows), values[:6], values[30])
+def packed(table: DhTable) -> bytes:
+    """Return the part of a state package with an arm's kinematics, without its header."""
+    return INFO.pack(*range(6), *table.theta, *table.a, *table.d, *table.alpha, _LINEARISED)
 
 
-def read_kinematics(host: str, seconds: float) -> KinematicsInfo:
-    """Return what the controller at ``host`` states about its arm; nothing is sent.
+def unpacked(data: bytes) -> DhTable:
+    """Return the kinematics in the part of a state package, without its header.
+
+    Raises:
+        UnreadError: if they cannot be true.
+    """
+    if len(data) < INFO.size:
+        raise UnreadError(f"its kinematics have {len(data)} bytes, not {INFO.size}")
+    rows = np.array(INFO.unpack(data[: INFO.size])[6:30]).reshape(4, 6)
+    if not (np.abs(rows) <= _FARTHEST).all():
+        raise UnreadError("its kinematics are no finite numbers")
+    return DhTable(*rows)
+
+
+def read_kinematics(host: str, seconds: float) -> DhTable:
+    """Return the kinematics that the controller at ``host`` states; nothing is sent.
 
     Args:
         host: name or address.
@@ -68,7 +55,7 @@ def read_kinematics(host: str, seconds: float) -> KinematicsInfo:
     with controller_line(host, PORT, seconds, "kinematics") as line:
         states = (data for kind, data in _packages(line) if kind == STATE)
         parts = (part for data in states for part in _parts(data))
-        return next(KinematicsInfo.unpack(data) for kind, data in parts if kind == KINEMATICS)
+        return next(unpacked(data) for kind, data in parts if kind == KINEMATICS)
 
 
 def _packages(line: ControllerLine) -> Iterator[tuple[int, bytes]]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ...coverage.robots.calibration import DhTable
 from ..robot import primary_interface as primary
 from ..robot.robot_mode import RobotMode
 from . import rtde
@@ -76,7 +77,7 @@ class Controller:
         self,
         arm: Arm,
         address: str,
-        kinematics: primary.KinematicsInfo | None = None,
+        kinematics: DhTable | None = None,
     ) -> None:
         self.arm, self.address, self._kinematics = arm, address, kinematics
         self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
@@ -291,7 +292,7 @@ class Controller:
         """Send a message of another kind, then states until the client leaves; the first states
         the kinematics, after a part that the client does not know."""
         writer.write(_framed(_MESSAGE, b"simulated"))
-        known = b"" if self._kinematics is None else self._kinematics.pack()
+        known = b"" if self._kinematics is None else primary.packed(self._kinematics)
         parts = _framed(_MODE, bytes(8)) + (_framed(primary.KINEMATICS, known) if known else b"")
         while not reader.at_eof():
             if not self.mute:

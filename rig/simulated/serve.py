@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..robot.primary_interface import KinematicsInfo
+from ...coverage.robots.calibration import DhTable
 from ..robot.robot_mode import RobotMode
 from .arm import Arm
 from .controller import PERIOD, Controller
@@ -45,7 +45,7 @@ class Rig:
     """Encoding of each ring's firmware; a single one applies to all."""
     seed: int = 0
     """Seed of noise and faults."""
-    kinematics: KinematicsInfo | None = None
+    kinematics: DhTable | None = None
     """What the controller states about its arm; None: nothing."""
 
 

@@ -16,13 +16,11 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.built_in import controller_table
-from ...coverage.robots.robot import Robot
 from ...coverage.solids.capsules import Capsules
 from ...formats.loader import read_proposal
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml, write_text
 from ...objectives.scene import Obstacle, Scene
-from ..robot.primary_interface import KinematicsInfo
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
 from ..simulated.environment import Measured
@@ -33,7 +31,6 @@ from .world import World
 
 RATE = 25.0  # frames a second
 FILE = "world.toml"
-_LINEARISED = 2
 _HAND, _AWAY, _DEEP = (
     0.04,
     0.14,
@@ -109,21 +106,8 @@ def simulated_rig(
     the file of its world in ``folder``.
     """
     file = folder / FILE
-    write_text(
-        file,
-        to_toml(ProposalFile.of(setup, scene)),
-    )
+    write_text(file, to_toml(ProposalFile.of(setup, scene)))
     return SimulatedRig((("-m", __name__), (str(file), str(seed), faults)))
-
-
-def kinematics_of(robot: Robot) -> KinematicsInfo | None:
-    """Return what a simulated controller states about a robot; None if the robot is no arm of
-    Universal Robots."""
-    try:
-        table = controller_table(robot)
-    except ValueError:
-        return None
-    return KinematicsInfo(table, tuple(range(1, 7)), _LINEARISED)
 
 
 def main() -> None:
@@ -139,7 +123,10 @@ def main() -> None:
         cell.tell({"rod": rod})
         cell.see(q)
     rate = float(sys.argv[6]) if len(sys.argv) > 6 else RATE
-    own = kinematics_of(scene.robot)
+    try:
+        own = controller_table(scene.robot)
+    except ValueError:
+        own = None  # no arm of Universal Robots
     serve(Rig(cell, np.array(q), Path(folder), address, rate, seed=int(seed), kinematics=own))
 
 

@@ -24,12 +24,11 @@ from place_rings.rig.robot import dashboard as dashboard_server
 from place_rings.rig.robot import primary_interface
 from place_rings.rig.robot.controller_line import UnreadError
 from place_rings.rig.robot.dashboard import read_model
-from place_rings.rig.robot.primary_interface import KinematicsInfo, read_kinematics
+from place_rings.rig.robot.primary_interface import packed, read_kinematics, unpacked
 from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated.arm import Arm
 from place_rings.rig.simulated.controller import PERIOD, Controller
-from place_rings.rig.simulated_cell.cell import kinematics_of
 from place_rings.rig.simulated_cell.world import World
 
 from ..support.refusals import refused
@@ -38,7 +37,6 @@ from .cell import SCENE, SETUP
 
 RNG = np.random.default_rng(4)
 DELTAS = DhTable(*1e-3 * RNG.uniform(-1, 1, (4, 6)) * [[1], [2], [2], [1]])
-INFO = KinematicsInfo(DELTAS, (1, 2, 3, 4, 5, 0xFFFFFFFF), 2)
 
 
 def calibrated(robot, source="calibration.conf"):
@@ -62,10 +60,9 @@ def framed(kind, data):
 
 def test_the_bytes_are_those_of_the_protocol():
     """225 bytes with the header: 6 checksums, 4 times 6 doubles, and the status, big-endian."""
-    data = framed(5, INFO.pack())
+    data = framed(5, packed(DELTAS))
     assert len(data) == 225
     assert struct.unpack_from(">i", data) == (225,)
-    assert struct.unpack_from(">6I", data, 5) == INFO.checksum
     for row, values in enumerate((DELTAS.theta, DELTAS.a, DELTAS.d, DELTAS.alpha)):
         assert struct.unpack_from(">6d", data, 29 + 48 * row) == tuple(values)
     assert struct.unpack_from(">I", data, 221) == (2,)
@@ -73,10 +70,8 @@ def test_the_bytes_are_those_of_the_protocol():
 
 @pytest.mark.parametrize("more", [b"", framed(20, b"text"), framed(16, framed(0, b"\0" * 40))])
 def test_kinematics_are_found_among_other_packages(monkeypatch, more):
-    host = served(monkeypatch, more + framed(16, framed(3, b"abc") + framed(5, INFO.pack())))
-    read = read_kinematics(host, 5.0)
-    assert read.checksum == INFO.checksum
-    assert np.array_equal(read.table.d, DELTAS.d)
+    host = served(monkeypatch, more + framed(16, framed(3, b"abc") + framed(5, packed(DELTAS))))
+    assert np.array_equal(read_kinematics(host, 5.0).d, DELTAS.d)
 
 
 @pytest.mark.parametrize(
@@ -103,11 +98,11 @@ def test_damaged_packages_are_refused(monkeypatch, data, size):
 @given(st.binary(min_size=220, max_size=260))
 def test_any_bytes_are_finite_kinematics_or_refused(data):
     try:
-        info = KinematicsInfo.unpack(data)
+        table = unpacked(data)
     except UnreadError:
         return
-    assert np.isfinite(info.table.origin).all()
-    assert info.pack() == data[:220]
+    assert np.isfinite(table.origin).all()
+    assert packed(table)[24:216] == data[24:216]
 
 
 def test_a_port_that_is_closed_or_silent_gives_a_reason(monkeypatch):
@@ -158,14 +153,10 @@ def stated(monkeypatch):
     return answers
 
 
-def info_of(robot):
-    return KinematicsInfo(controller_table(robot), (1,) * 6, 2)
-
-
 @pytest.mark.parametrize("own", [OWN, SCENE])
 def test_the_check_takes_the_controllers_calibration(stated, own):
     """A model without differences has none."""
-    stated["info"] = info_of(own.robot)
+    stated["info"] = controller_table(own.robot)
     arm = arm_kinematics(SCENE, "192.0.2.7")
     assert arm.warnings == ()
     calibration = arm.scene.robot.calibration
@@ -195,13 +186,13 @@ def test_an_arm_that_nobody_names_is_not_moved(stated, own):
     stated["model"] = "ur10"
     arm = arm_kinematics(own, "192.0.2.7", move=True)
     assert len(arm.warnings) == (own is SCENE)
-    stated["info"] = info_of(own.robot)
+    stated["info"] = controller_table(own.robot)
     stated["model"] = None
     assert arm_kinematics(own, "192.0.2.7", move=True).warnings == ()
 
 
 def test_a_robot_that_no_controller_of_universal_robots_has_is_not_moved(stated):
-    stated["info"] = info_of(SCENE.robot)
+    stated["info"] = controller_table(SCENE.robot)
     panda = replace(SCENE, robot=replace(ROBOTS["panda"], name="panda"))
     with refused("--move", "panda"):
         arm_kinematics(panda, "192.0.2.7", move=True)
@@ -243,15 +234,15 @@ def test_the_dashboard_names_the_model(monkeypatch, model, version, name):
 
 
 def test_a_file_that_differs_from_the_controller_is_a_warning(stated):
-    stated["info"] = info_of(OWN.robot)
+    stated["info"] = controller_table(OWN.robot)
     assert arm_kinematics(OWN, "192.0.2.7").warnings == ()
-    stated["info"] = info_of(SCENE.robot)
+    stated["info"] = controller_table(SCENE.robot)
     (warning,) = arm_kinematics(OWN, "192.0.2.7").warnings
     assert "calibration.conf" in warning
 
 
 def test_a_controller_of_another_robot_is_refused(stated):
-    stated["info"] = info_of(ROBOTS["ur5e"])
+    stated["info"] = controller_table(ROBOTS["ur5e"])
     with refused("192.0.2.7", "ur10"):
         arm_kinematics(SCENE, "192.0.2.7")
 
@@ -272,7 +263,7 @@ def test_the_simulated_controller_states_the_robot_of_its_world():
     address = f"127.{os.getpid() % 250 + 1}.8.1"
 
     async def read():
-        arm, own = Arm(SCENE.poses[0].q, PERIOD), kinematics_of(OWN.robot)
+        arm, own = Arm(SCENE.poses[0].q, PERIOD), controller_table(OWN.robot)
         controller = Controller(arm, address, kinematics=own)
         await controller.open()
         try:
