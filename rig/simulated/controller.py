@@ -40,6 +40,7 @@ _ANSWERS = {
     "running": "Program running: true",
     "robotmode": "Robotmode: RUNNING",
     "safetystatus": "Safetystatus: NORMAL",
+    "stop": "Stopped",
 }
 Server = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Coroutine[Any, Any, None]]
 
@@ -73,17 +74,9 @@ class Controller:
         kinematics: what it states about its arm; None: the primary interface states nothing.
     """
 
-    def __init__(
-        self,
-        arm: Arm,
-        address: str,
-        kinematics: DhTable | None = None,
-    ) -> None:
+    def __init__(self, arm: Arm, address: str, kinematics: DhTable | None = None) -> None:
         self.arm, self.address, self._kinematics = arm, address, kinematics
-        self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
-        self.refusing = False
-        self.spoil: Callable[[bytes], bytes] | None = None
-        self.safety, self.mode, self.held = _NORMAL, RobotMode.RUNNING, frozenset[str]()
+        self._cure()
         self._start = time.monotonic()
         self._now = self._start  # nominal time of the arm's last step, which may run late
         self._clients: set[Client] = set()
@@ -139,12 +132,16 @@ class Controller:
     async def heal(self) -> None:
         """Remove all injected faults."""
         self.close()
-        self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
-        self.refusing = False
-        self.spoil, self.safety = None, _NORMAL
-        self.mode, self.held, self.arm.scaling = RobotMode.RUNNING, frozenset(), 1.0
+        self._cure()
+        self.arm.scaling = 1.0
         self.stop()
         await self.open()
+
+    def _cure(self) -> None:
+        self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
+        self.refusing = False
+        self.spoil: Callable[[bytes], bytes] | None = None
+        self.safety, self.mode, self.held = _NORMAL, RobotMode.RUNNING, frozenset[str]()
 
     def stop(self, safety: str = "") -> None:
         """End the program; a stop by ``safety``, one of ``SAFETY_STOPS``, appears in the safety
@@ -179,16 +176,11 @@ class Controller:
         return {
             "timestamp": _CLOCK_START + _CLOCK_RATE * (self._now - self._start),
             "actual_q": self.arm.q.tolist(),
-            "target_q": self.arm.q.tolist(),
             "actual_qd": self.arm.speed.tolist(),
-            "target_qd": self.arm.speed.tolist(),
             "robot_mode": self.mode,
-            "safety_mode": 1 if self.safety == _NORMAL else 3,
             "safety_status_bits": self.safety,
             "robot_status_bits": _RUNNING,
             "runtime_state": 2 if self._playing else 1,
-            "speed_scaling": self.arm.scaling,
-            "target_speed_fraction": self.arm.scaling,
             **self._registers,
         }
 
@@ -261,19 +253,15 @@ class Controller:
         """Execute a command; return whether the client must wait until the arm stands still."""
         doubles = [float(self._registers.get(f"input_double_register_{i}", 0.0)) for i in range(8)]
         asynchronous = bool(self._registers.get("input_int_register_1", 0))
-        match command:
-            case _ if command == _MOVE:
-                self.arm.move(np.array(doubles[:6]), doubles[6], doubles[7])
-                return not asynchronous
-            case _ if command == _STOP:
-                if not self.unwilling:
-                    self._stop_arm(doubles[0])
-                return not asynchronous
-            case _ if command == _WATCHDOG:
-                self._watchdog, self._fed = 1 / doubles[0], time.monotonic()
-            case _ if command == _STOP_SCRIPT:
-                self.stop()
-        return False
+        if command == _MOVE:
+            self.arm.move(np.array(doubles[:6]), doubles[6], doubles[7])
+        elif command == _STOP and not self.unwilling:
+            self._stop_arm(doubles[0])
+        elif command == _WATCHDOG:
+            self._watchdog, self._fed = 1 / doubles[0], time.monotonic()
+        elif command == _STOP_SCRIPT:
+            self.stop()
+        return command in (_MOVE, _STOP) and not asynchronous
 
     async def _dashboard(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.write(b"Connected: Universal Robots Dashboard Server\n")
@@ -281,12 +269,7 @@ class Controller:
             if line == "stop" and not self.deaf:
                 self.stop()
             if not self.mute:
-                writer.write(
-                    _ANSWERS.get(
-                        line.lower(), "Stopped" if line == "stop" else "could not understand"
-                    ).encode()
-                    + b"\n"
-                )
+                writer.write(_ANSWERS.get(line.lower(), "could not understand").encode() + b"\n")
 
     async def _primary(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Send a message of another kind, then states until the client leaves; the first states

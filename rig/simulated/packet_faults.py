@@ -1,7 +1,6 @@
 """Fault injection into the robot's data packages."""
 
 import struct
-from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -23,12 +22,8 @@ def _short(rng: np.random.Generator) -> Callable[[bytes], bytes]:
 
 def _once_short(rng: np.random.Generator) -> Callable[[bytes], bytes]:
     """Truncate one package."""
-    left = [1]
-    return lambda data: (
-        _resized(data[: int(rng.integers(HEAD.size + 1, len(data)))])
-        if left and left.pop()
-        else data
-    )
+    shorten = iter([_short(rng)])
+    return lambda data: next(shorten, bytes)(data)
 
 
 def _with_joint(data: bytes, joint: int, value: float) -> bytes:
@@ -57,24 +52,17 @@ def _nan(rng: np.random.Generator) -> Callable[[bytes], bytes]:
 
 def _frozen_clock(rng: np.random.Generator) -> Callable[[bytes], bytes]:
     """Repeat the same package forever."""
-    kept = list[bytes]()
-
-    def spoil(data: bytes) -> bytes:
-        kept.append(data)
-        return kept[0]
-
-    return spoil
+    kept = dict[str, bytes]()
+    return lambda data: kept.setdefault("first", data)
 
 
 def _late(rng: np.random.Generator) -> Callable[[bytes], bytes]:
     """Delay packages more and more: of three due packages, one is sent, the oldest."""
-    queue: deque[bytes] = deque()
-    turn = [0]
+    queue = list[bytes]()
 
     def spoil(data: bytes) -> bytes:
         queue.append(data)
-        turn[0] += 1
-        return queue.popleft() if turn[0] % 3 == 0 else b""
+        return b"" if len(queue) % 3 else queue[len(queue) // 3 - 1]
 
     return spoil
 

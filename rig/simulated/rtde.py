@@ -9,41 +9,12 @@ from collections.abc import Collection, Mapping, Sequence
 from ..robot.rtde_requests import HEAD as HEAD
 
 VERSION, CONTROLLER, TEXT, OUTPUTS, INPUTS, START, PAUSE, DATA = b"VvMOISPU"
-_CODES = {
-    "DOUBLE": "d",
-    "INT32": "i",
-    "UINT32": "I",
-    "UINT8": "B",
-    "UINT64": "Q",
-    "BOOL": "?",
-    "VECTOR6D": "6d",
-    "VECTOR3D": "3d",
-}
-_CODES |= {"VECTOR6INT32": "6i", "VECTOR6UINT32": "6I"}
-_TYPES = (
-    (
-        r"timestamp|.*_double_register_\d+|speed_scaling|(target_speed|speed_slider)_fraction|.*_analog_output_\d",
-        "DOUBLE",
-    ),
-    (
-        r"actual_(momentum|(main|robot)_voltage|robot_current|execution_time)|standard_analog_(in|out)put\d|payload",
-        "DOUBLE",
-    ),
-    (
-        r"(actual|target)_(q|qd|qdd|current|moment|TCP_pose|TCP_speed|TCP_force)|joint_control_output",
-        "VECTOR6D",
-    ),
-    (
-        r"joint_temperatures|actual_joint_voltage|ft_raw_wrench|external_force_torque|payload_inertia",
-        "VECTOR6D",
-    ),
-    (r"actual_tool_accelerometer|payload_cog", "VECTOR3D"),
-    (r"robot_mode|safety_mode|.*_int_register_\d+", "INT32"),
-    (r"joint_mode", "VECTOR6INT32"),
-    (r"runtime_state|robot_status_bits|safety_status_bits|speed_slider_mask", "UINT32"),
-    (r"actual_digital_(input|output)_bits", "UINT64"),
-    (r".*_(mask|output)|standard_analog_output_type", "UINT8"),
-)
+_CODES = {"DOUBLE": "d", "INT32": "i", "UINT32": "I", "VECTOR6D": "6d"}
+# of the variables that ur-rtde requests
+_TYPES = {"timestamp": "DOUBLE", "robot_mode": "INT32"}
+_TYPES |= dict.fromkeys(("runtime_state", "robot_status_bits", "safety_status_bits"), "UINT32")
+_TYPES |= dict.fromkeys(("actual_q", "actual_qd", "external_force_torque"), "VECTOR6D")
+_REGISTERS = re.compile(r"(?:in|out)put_(int|double)_register_\d+")
 
 
 def package(kind: int, data: bytes) -> bytes:
@@ -53,7 +24,9 @@ def package(kind: int, data: bytes) -> bytes:
 
 def kind_of(name: str) -> str:
     """Return the type of a variable by the protocol's tables; NOT_FOUND for an unknown name."""
-    return next((kind for names, kind in _TYPES if re.fullmatch(names, name)), "NOT_FOUND")
+    if register := _REGISTERS.fullmatch(name):
+        return {"int": "INT32", "double": "DOUBLE"}[register[1]]
+    return _TYPES.get(name, "NOT_FOUND")
 
 
 def refused(names: Sequence[str], held: Collection[str]) -> bytes:

@@ -25,6 +25,13 @@ from .ports import SimulatedRing
 _CLOCK_RATE = 1 - 40e-6  # of the rings' clocks
 _FLUSH = 0.002  # s between attempts to send the rest of a frame
 _SERIAL = 0x51D0 << 48  # serial number of the first ring's board
+# by messages: an attribute of the controller or, where the message states its value, of a ring
+_FAULTS = {
+    **{"stall": ("frozen", ""), "mute": ("mute", ""), "refuse": ("refusing", "")},
+    **{"silent": ("silent", "on"), "garble": ("garble", "on")},
+    **{"corrupt": ("corrupt", "share"), "disorder": ("disorder", "share")},
+    **{"fail": ("failed", "share"), "freeze": ("frozen", "share")},
+}
 
 
 @dataclass(frozen=True)
@@ -133,9 +140,6 @@ class Simulation:
         deeds: dict[str, Callable[[], Any]] = {
             "close": controller.close,
             "heal": controller.heal,
-            "stall": lambda: setattr(controller, "frozen", True),
-            "mute": lambda: setattr(controller, "mute", True),
-            "refuse": lambda: setattr(controller, "refusing", True),
             "spoil": lambda: setattr(controller, "spoil", SPOILERS[message["how"]](self._spoiling)),
             "zero": lambda: controller.send_all(b"\0\0U"),
             "stop": lambda: controller.stop(message.get("how", "protective")),
@@ -157,16 +161,13 @@ class Simulation:
                 "cure": ring.cure,
                 "unplug": ring.unplug,
                 "plug": ring.plug,
-                "silent": lambda: setattr(ring, "silent", message.get("on", True)),
-                "corrupt": lambda: setattr(ring, "corrupt", message["share"]),
-                "disorder": lambda: setattr(ring, "disorder", message["share"]),
-                "garble": lambda: setattr(ring, "garble", message.get("on", True)),
-                "fail": lambda: setattr(ring, "failed", message["share"]),
                 "near": lambda: setattr(ring, "near", message.get("at", float("nan"))),
-                "freeze": lambda: setattr(ring, "frozen", message["share"]),
                 "exchange": lambda: ring.exchange(message["serial"]),
             }
-        return deeds[message["do"]]()
+        if (do := message["do"]) in _FAULTS:
+            name, value = _FAULTS[do]
+            return setattr(ring if value else controller, name, message.get(value, True))
+        return deeds[do]()
 
     async def _tell(self, message: dict[str, Any]) -> None:
         """Apply a message; readings change from the next frame after the answer on."""
