@@ -13,13 +13,13 @@ from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
 from ..robot.vetting import GAP
 from ..session.gathering import Gathered
-from .bags import Bag, is_bag
+from .bags import bag, is_bag
 from .joint_track import STANDING, JointTrack
 from .messages import JointMessage, RangeMessage, RigFile, StepMessage, refuse
 from .names import RigNames
 from .ring_track import RingTrack
 from .standstills import Standstill, standstills
-from .tables import JointTable, RangeTable, StepTable
+from .tables import joint_table, range_table, step_table
 
 _STEP = re.compile(r"(?P<step>self|wave|mount|before|trial)(?: (?P<number>\d{1,6}))?")
 _SHOWN = 12  # names in an error
@@ -54,14 +54,14 @@ class RigFiles:
             UserError: if one cannot be read.
         """
         bags = {
-            path: Bag(path, topic) for path in {joints, readings, steps} if path and is_bag(path)
+            path: bag(path, topic) for path in {joints, readings, steps} if path and is_bag(path)
         }
         readings = readings or joints
         steps = steps or (joints if joints in bags else None)
         return RigFiles(
-            bags.get(joints) or JointTable(joints, robot),
-            bags.get(readings) or RangeTable(readings),
-            None if steps is None else bags.get(steps) or StepTable(steps),
+            bags.get(joints) or joint_table(joints, robot),
+            bags.get(readings) or range_table(readings),
+            None if steps is None else bags.get(steps) or step_table(steps),
         )
 
 

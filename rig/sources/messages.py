@@ -1,8 +1,7 @@
 """What a rig's file tells, message by message, whatever the file's format."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float, Integer
@@ -67,17 +66,15 @@ class StepMessage:
 Message = JointMessage | RangeMessage | StepMessage
 
 
-class RigFile(Protocol):
+@dataclass(frozen=True, eq=False)
+class RigFile:
     """A file of a rig."""
 
     name: str
     """Name of the file, for messages."""
-
-    def messages(self) -> Iterator[Message]:
-        """Yield the messages in the order of the file; raise UserError at the first that is
-        damaged.
-        """
-        ...
+    messages: Callable[[], Iterator[Message]]
+    """Yields the messages in the order of the file; raises UserError at the first that is
+    damaged."""
 
 
 def refuse(name: str, where: str, found: str, wanted: str) -> UserError:

@@ -3,6 +3,7 @@
 import csv
 import math
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TextIO
 
@@ -14,6 +15,7 @@ from .messages import (
     FARTHEST,
     JointMessage,
     RangeMessage,
+    RigFile,
     StepMessage,
     checked_time,
     ranged,
@@ -23,54 +25,43 @@ from .messages import (
 _LONGEST = 1 << 12  # characters of a line
 
 
-class JointTable:
-    """Joint angles: a column of times and one for each joint, as ``place-rings task`` reads them.
+def joint_table(path: Path, robot: Robot) -> RigFile:
+    """Return the joint angles of ``robot``, with a column of times and one for each joint, as
+    ``place-rings task`` reads them."""
+    name = str(path)
 
-    Args:
-        path: the file.
-        robot: whose joints it states.
-    """
-
-    def __init__(self, path: Path, robot: Robot) -> None:
-        self.name, self._path, self._robot = str(path), path, robot
-
-    def messages(self) -> Iterator[JointMessage]:
-        """Yield the rows."""
-        record, names = read_record(self._path, self._robot, raw=True), self._robot.chain.joints
+    def messages() -> Iterator[JointMessage]:
+        record = read_record(path, robot, raw=True)
         for time, q in zip(record.time_s, record.q, strict=True):
-            at = checked_time(self.name, "column of times", float(time))
-            yield JointMessage(self.name, at, math.nan, names, q)
+            at = checked_time(name, "column of times", float(time))
+            yield JointMessage(name, at, math.nan, robot.chain.joints, q)
+
+    return RigFile(name, messages)
 
 
-class RangeTable:
-    """Readings, one a row: a column of times, ``sensor`` (name of its frame) and ``range_m``:
-    ``inf`` without a target, ``nan`` or nothing where the sensor failed. A larger number than any
-    sensor measures is refused: it is in another unit.
+def range_table(path: Path) -> RigFile:
+    """Return readings, one a row: a column of times, ``sensor`` (name of its frame) and
+    ``range_m``: ``inf`` without a target, ``nan`` or nothing where the sensor failed. A larger
+    number than any sensor measures is refused: it is in another unit.
     """
+    name = str(path)
 
-    def __init__(self, path: Path) -> None:
-        self.name, self._path = str(path), path
-
-    def messages(self) -> Iterator[RangeMessage]:
-        """Yield the rows."""
-        for line, time, (sensor, text) in _rows(self._path, ("sensor", "range_m")):
-            distance = _number(self.name, line, "range_m", text or "nan")
+    def messages() -> Iterator[RangeMessage]:
+        for line, time, (sensor, text) in _rows(path, ("sensor", "range_m")):
+            distance = _number(name, line, "range_m", text or "nan")
             if math.isfinite(distance) and distance > FARTHEST:
                 wanted = f"m, at most {FARTHEST:g}, or inf without a target"
-                raise refuse(self.name, f"line {line}, column range_m", shown(distance), wanted)
-            yield RangeMessage(self.name, sensor, time, math.nan, *ranged(distance, 0.0, 0.0))
+                raise refuse(name, f"line {line}, column range_m", shown(distance), wanted)
+            yield RangeMessage(name, sensor, time, math.nan, *ranged(distance, 0.0, 0.0))
+
+    return RigFile(name, messages)
 
 
-class StepTable:
-    """Steps of the check: a column of times and ``step``, such as ``mount 3`` or ``end``."""
-
-    def __init__(self, path: Path) -> None:
-        self.name, self._path = str(path), path
-
-    def messages(self) -> Iterator[StepMessage]:
-        """Yield the rows."""
-        for _, time, (text,) in _rows(self._path, ("step",)):
-            yield StepMessage(self.name, time, text)
+def step_table(path: Path) -> RigFile:
+    """Return steps of the check: a column of times and ``step``, such as ``mount 3`` or ``end``."""
+    name = str(path)
+    rows = partial(_rows, path, ("step",))
+    return RigFile(name, lambda: (StepMessage(name, time, text) for _, time, (text,) in rows()))
 
 
 def _rows(path: Path, columns: tuple[str, ...]) -> Iterator[tuple[int, float, list[str]]]:

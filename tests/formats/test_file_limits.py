@@ -21,7 +21,7 @@ from place_rings.formats.loader import read_scene
 from place_rings.formats.model_reader import read_calibration
 from place_rings.formats.schema.layout_models import LayoutMatModel
 from place_rings.formats.toml_text import MOST_PARTS, MOST_TABLES, toml_keys
-from place_rings.rig.sources.bags import Bag
+from place_rings.rig.sources.bags import bag
 
 from ..rig.bags import JOINTS, START, write_mcap
 from ..support.refusals import has_parts, refused
@@ -193,7 +193,7 @@ def test_a_log_that_unpacks_to_many_times_its_size_is_refused(tmp_path, compress
     write_mcap(path, told, compression=compression, chunk_size=4_000_000)
     assert path.stat().st_size < 1_000_000
     with pytest.raises(UserError) as error:
-        list(Bag(path, "/steps").messages())
+        list(bag(path, "/steps").messages())
     assert str(error.value).startswith(str(path))
     assert "\n" not in str(error.value)
 

@@ -85,7 +85,7 @@ def test_the_same_seed_gives_the_same_check(stops):
     assert done.alive.sum() == SETUP.sensors - 1
     assert injected(SCENE, Setup((Ring("tool", 0.0, 3),)), 0).pair == ()
     world = done.world(SCENE)
-    few = replace(stops, joints=stops.joints[:3])
+    few = replace(stops, stops=stops.stops[:3])
     a, b = (read(world, few, np.random.default_rng(4)) for _ in range(2))
     np.testing.assert_array_equal(a.distance, b.distance)
 
