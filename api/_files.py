@@ -81,16 +81,7 @@ def load(
         match _kind(file):
             case "rings":
                 setup, scene, model = read_proposal(file)
-                seed = 0 if model.found is None else model.found.seed
-                command = "" if model.found is None else model.found.command
-                return Proposal(
-                    setup,
-                    Scene.of(scene),
-                    str(path),
-                    seed=seed,
-                    command=command,
-                    found=model.found,
-                )
+                return Proposal(setup, Scene.of(scene), str(path), model.found)
             case "joints":
                 return read_robot(file)
             case "ranges":

@@ -11,14 +11,13 @@ from ._pictures import Picture, drawn
 from ._placement import Placement
 from ._proposal import Proposal
 from ._scene import Scene
-from ._versions import versions
+from ._versions import origin
 from .coverage.rings.ring import Setup
-from .formats.schema.proposal_models import FoundModel, ProposalFile
+from .formats.schema.proposal_models import ProposalFile
 from .formats.schema.redesign_models import ChangeModel, ImproveResult, StepModel, WorkModel
 from .formats.schema.ring_models import ring_models
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import to_toml, write_text
-from .objectives.criterion import Criterion
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .placement.redesign import redesign
@@ -89,9 +88,7 @@ class Improvement(Placement):
                 answer.setup,
                 self.scene,
                 self._label(answer),
-                search=self._search_result(answer),
-                seed=self.seed,
-                command=self.command,
+                self._found(answer),
                 verifier=self.verifier,
             )
             for answer in self.result.steps
@@ -121,7 +118,7 @@ class Improvement(Placement):
             add_sensors=self.add_sensors,
             outcome=result.outcome.value,
             seed=self.seed,
-            seconds=result.statistics.seconds,
+            seconds=result.seconds,
             exact_percent=100 * result.mounted.exact,
             short_percent=100 * result.mounted.short,
             rings=ring_models(result.mounted.setup, core.sensor),
@@ -190,10 +187,20 @@ class Improvement(Placement):
         changes = len(answer.changes)
         return f"{self.mounted}, {_changes(changes)}" if changes else self.mounted
 
-    def _search_result(self, answer: Answer) -> SearchResult:
-        found = self.result
+    def _found(self, answer: Answer) -> SearchResult:
+        result = self.result
         return SearchResult(
-            answer.setup, answer.soft, answer.exact, answer.short, found.outcome, found.statistics
+            setup=answer.setup,
+            outcome=result.outcome,
+            seed=self.seed,
+            sampled=answer.soft,
+            exact=answer.exact,
+            width=result.width,
+            starts=result.climbs,
+            evaluations=result.evaluations,
+            seconds=result.seconds,
+            short=answer.short,
+            **origin(self.command),
         )
 
     def _verified(self, answers: Sequence[Answer]) -> list[list[Verified]]:
@@ -249,12 +256,11 @@ def write_improvement(improvement: Improvement, new: Path, folder: Path) -> Impr
     record = record.model_copy(update={"files": {k: str(path) for k, path in files.items()}})
     texts = improvement.instructions
     for answer, step, lines in zip(result.steps, record.steps, texts, strict=True):
-        search = improvement._search_result(answer)
         proposal = ProposalFile(
             rings=step.rings,
             scene=record.scene,
             zeta=step.zeta,
-            found=FoundModel.of(search, record.seed, Criterion(), improvement.command, versions()),
+            found=improvement._found(answer),
         )
         n = len(step.changes)
         heading = "\n".join(

@@ -1,16 +1,21 @@
 """Common base of all results: a setup in a scene, with its pictures, pages and exports."""
 
 import base64
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from functools import cached_property
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ._errors import input_errors
 from ._pictures import Picture, picture
 from ._scene import Scene
 from .coverage.rings.ring import Setup
+from .objectives.dark_clothing import judge_dark, verify_dark
 from .objectives.verified import Verified
-from .reporting.text import coverage_caption
+from .objectives.verify import Verifier
+from .objectives.verify_breakdown import mean_by_part
+from .reporting.text import coverage_caption, with_error
 
 if TYPE_CHECKING:
     from ._views import View
@@ -67,12 +72,8 @@ class Placement:
     @property
     def price(self) -> float | None:
         """Price of all new rings with their sensors; None if the scene has no prices."""
-        return self.scene.core.price_of(self.setup)
-
-    def price_rows(self) -> Iterable[Sequence[str]]:
-        prices, price = self.scene.core.prices, self.price
-        if prices is not None and price is not None:
-            yield "price", prices.text(price)
+        price = self.scene.core.price_of(self.setup)
+        return None if price is None else price.total
 
     def rows(self) -> Iterable[Sequence[str]]:
         """Return name and value of each line of the printed result."""
@@ -102,22 +103,81 @@ class Placement:
         return f"{name}{self.setup.sensors} sensors {', '.join(where)}"
 
 
-def dark_rows(dark: Iterable[Verified | None]) -> Iterable[Sequence[str]]:
-    """Yield ζ of each target for dark clothing, where it is known."""
-    for v in dark:
-        if v is not None:
-            yield f"{v.target}, dark clothing", f"{100 * v.zeta:.2f} %"
+class Counted(Placement):
+    """A setup whose coverage is counted."""
 
+    each: tuple[Verified, ...]
+    """One record for each target, with its poses."""
+    verifier: Verifier | None
+    """The counter; by default one with voxels of 0.01 m."""
 
-def part_rows(by_part: Mapping[str, float]) -> Iterable[Sequence[str]]:
-    """Yield ζ of each part of a mixed system alone."""
-    for part, zeta in by_part.items():
-        yield f"{part} alone", f"{100 * zeta:.2f} %"
+    @property
+    def coverage(self) -> float:
+        """ζ in [0, 1]: the weighted mean over targets and poses, or the ζ of the worst pose if the
+        scene has ``over_poses="worst"``. For an interval it is the middle.
+        """
+        return self._verifier.judged(self.each)[1]
 
+    @property
+    def dark_clothing(self) -> float | None:
+        """``coverage`` with the sensors' range on dark clothing (17 %) at their light; None if a
+        sensor has no figures of a catalogue, and for an interval.
+        """
+        return judge_dark(self._verifier, self._dark)
 
-def dark_captions(each: Iterable[Verified], dark: Iterable[Verified | None]) -> list[str]:
-    """Return ζ of each target as text, with that for dark clothing where it is known."""
-    return [
-        coverage_caption(str(v.target), 100 * v.zeta, None if d is None else 100 * d.zeta)
-        for v, d in zip(each, dark, strict=True)
-    ]
+    @cached_property
+    def _dark(self) -> tuple[Verified | None, ...]:
+        goals = self.scene.core.targets
+        with input_errors():
+            return tuple(verify_dark(self._verifier, self.setup, g.target) for g in goals)
+
+    @property
+    def error(self) -> float | None:
+        """Computed error of ``coverage``, in [0, 1]: 3.3 standard deviations, so it holds in 99.9 %
+        of cases; half of the interval if that is guaranteed; None for the rules ``centre`` and
+        ``touch``, whose error is not known.
+        """
+        return self._verifier.judged_error(self.each)
+
+    @property
+    def by_target(self) -> dict[str, float]:
+        """ζ in [0, 1] of each target, by its name, such as ``V_S(0.5)``."""
+        return {str(v.target): v.zeta for v in self.each}
+
+    @cached_property
+    def by_part(self) -> dict[str, float]:
+        """ζ in [0, 1] of the rings, the single sensors and the sensors of the cell alone: the
+        weighted mean over the targets. Empty unless there are several of these, and for an
+        interval.
+        """
+        return mean_by_part(self._verifier, self.setup, self.each)
+
+    def captions(self) -> list[str]:
+        return [
+            coverage_caption(str(v.target), 100 * v.zeta, None if d is None else 100 * d.zeta)
+            for v, d in zip(self.each, self._dark, strict=True)
+        ]
+
+    def rows(self) -> Iterable[Sequence[str]]:
+        for v in self.each:
+            interval = f"{100 * v.low:.4f} … {100 * v.high:.4f} %"
+            counted = f"{with_error(100 * v.zeta, v.error)} %"
+            yield str(v.target), interval if v.rule == "certified" else counted
+        for dark in filter(None, self._dark):
+            yield f"{dark.target}, dark clothing", f"{100 * dark.zeta:.2f} %"
+        if len(self.each) > 1:
+            yield "weighted mean", f"{with_error(100 * self.coverage, self.error)} %"
+        yield from self._criterion_rows()
+        for part, zeta in self.by_part.items():
+            yield f"{part} alone", f"{100 * zeta:.2f} %"
+        prices, price = self.scene.core.prices, self.price
+        if prices is not None and price is not None:
+            yield "price", prices.text(price)
+
+    def _criterion_rows(self) -> Iterable[Sequence[str]]:
+        """Return the rows about another criterion than coverage."""
+        return ()
+
+    @cached_property
+    def _verifier(self) -> Verifier:
+        return self.verifier or Verifier(self.scene.core)

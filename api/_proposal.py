@@ -6,33 +6,20 @@ from functools import cached_property
 from pathlib import Path
 
 from ._errors import input_errors
-from ._placement import Placement, dark_captions, dark_rows, part_rows
+from ._placement import Counted
 from ._scene import Scene
-from ._versions import versions
 from .coverage.rings.ring import Setup
 from .coverage.rings.sensor_records import sensor_records
-from .formats.schema.gap_models import GapModel
-from .formats.schema.price_models import PriceModel
-from .formats.schema.proposal_models import (
-    FewestRingsModel,
-    FoundModel,
-    ProposalFile,
-    ReachModel,
-    RepeatedModel,
-    SearchFile,
-)
+from .formats.schema.proposal_models import ProposalFile, SearchFile
 from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion
-from .objectives.dark_clothing import judge_dark, verify_dark
 from .objectives.pose_subset import MANY
 from .objectives.robustness import RingSensitivity
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
-from .objectives.verify_breakdown import mean_by_part
 from .placement.bound.coverage_bound import CoverageBound
-from .placement.search.progress import Outcome, Statistics
+from .placement.search.progress import Outcome
 from .placement.search.result import FewestRings, Reach, RepeatedSearch, SearchResult
-from .reporting.text import with_error
 
 _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it \
 again:
@@ -42,7 +29,7 @@ towards distal."""
 
 
 @dataclass(frozen=True, repr=False)
-class Proposal(Placement):
+class Proposal(Counted):
     """A setup with its scene, its coverage, and the search that found it.
 
     ``search`` returns a proposal, ``load`` reads one, and ``save`` writes one.
@@ -54,34 +41,39 @@ class Proposal(Placement):
     """Scene of the search."""
     name: str = "proposal"
     """Name of the setup in tables and pictures."""
-    search: SearchResult | None = None
-    """Result of the search; None for a proposal from a file."""
-    criterion: Criterion = field(default_factory=Criterion)
+    found: SearchResult | None = None
+    """Record of the search: of this one, or of the one in the proposal's file."""
+    criterion: Criterion = field(default_factory=Criterion, kw_only=True)
     """What the search maximised."""
-    seed: int = 0
-    """Random seed of the search; of several searches that of the best."""
-    reach: Reach | None = None
+    reach: Reach | None = field(default=None, kw_only=True)
     """Coverage reached with each number of sensors, if the search minimised the sensors."""
-    wanted_percent: float | None = None
-    """Coverage to reach with the fewest sensors, percent."""
-    bound: CoverageBound | None = None
-    """Upper bound on every layout of the same budget, for a search with ``gap``; None without, or
+    bound: CoverageBound | None = field(default=None, kw_only=True)
+    """Upper bound on every layout of the same budget, for a search with ``gap``; without a value
     after Ctrl-C."""
-    fewest: FewestRings | None = None
+    fewest: FewestRings | None = field(default=None, kw_only=True)
     """Results with each number of rings, if the search minimised the rings."""
-    command: str = ""
-    """The call or the command that ran the search."""
-    found: FoundModel | None = None
-    """Record of the search in the proposal's file; None for a new proposal."""
     repeated: RepeatedSearch | None = field(default=None, kw_only=True)
     """Results of each of several searches; None for a single one."""
-    gapped: bool = field(default=False, kw_only=True, compare=False, repr=False)
-    """Whether an upper bound was requested."""
     verifier: Verifier | None = field(default=None, kw_only=True, compare=False)
     """Counter of the search; by default one with voxels of 0.01 m."""
 
+    @property
+    def search(self) -> SearchResult | None:
+        """Result of the search; None for a proposal from a file."""
+        return None if self.found is None or self.found.setup is None else self.found
+
+    @property
+    def seed(self) -> int:
+        """Random seed of the search; of several searches that of the best."""
+        return 0 if self.found is None else self.found.seed
+
+    @property
+    def command(self) -> str:
+        """The call or the command that ran the search."""
+        return "" if self.found is None else self.found.command
+
     @cached_property
-    def each(self) -> tuple[Verified, ...]:
+    def each(self) -> tuple[Verified, ...]:  # type: ignore[override]
         """Counted ζ of each target and pose, with voxels of 0.01 m or those of the search."""
         known = {} if self.search is None else {v.target: v for v in self.search.verified}
         goals = self.scene.core.targets
@@ -91,55 +83,16 @@ class Proposal(Placement):
             )
 
     @property
-    def coverage(self) -> float:
-        """Counted ζ in [0, 1]: the weighted mean over targets and poses, or the ζ of the worst pose
-        if the scene has ``over_poses="worst"``.
-        """
-        return self._verifier.judged(self.each)[1]
-
-    @property
-    def dark_clothing(self) -> float | None:
-        """``coverage`` with the sensors' range on dark clothing (17 %) at their light; None if a
-        sensor has no figures of a catalogue.
-        """
-        return judge_dark(self._verifier, self._dark)
-
-    @cached_property
-    def _dark(self) -> tuple[Verified | None, ...]:
-        goals = self.scene.core.targets
-        with input_errors():
-            return tuple(verify_dark(self._verifier, self.setup, g.target) for g in goals)
-
-    @property
-    def error(self) -> float | None:
-        """Computed error of ``coverage``, in [0, 1]; see ``Coverage.error``."""
-        return self._verifier.judged_error(self.each)
-
-    @property
-    def by_target(self) -> dict[str, float]:
-        """ζ in [0, 1] of each target, by its name, such as ``V_S(0.5)``."""
-        return {str(v.target): v.zeta for v in self.each}
-
-    @cached_property
-    def by_part(self) -> dict[str, float]:
-        """ζ in [0, 1] of the rings, the single sensors and the sensors of the cell alone: the
-        weighted mean over the targets. Empty unless there are several of these.
-        """
-        return mean_by_part(self._verifier, self.setup, self.each)
-
-    @property
     def rings_tried(self) -> dict[int, float]:
         """Counted value of the criterion in [0, 1] by the number of rings, for a search for the
         fewest rings; empty otherwise."""
-        return {} if self.fewest is None else {n: r.exact for n, r in self.fewest.tried.items()}
+        return {} if self.fewest is None else {r.rings: r.exact for r in self.fewest.tried}
 
     @property
     def searched(self) -> dict[int, float]:
         """Counted value of the criterion in [0, 1] by the random seed, for several searches; empty
         otherwise."""
-        if self.repeated is None:
-            return {}
-        return {seed: one.exact for seed, one in self.repeated.tried.items()}
+        return {} if self.repeated is None else {r.seed: r.exact for r in self.repeated.records}
 
     @property
     def value(self) -> float | None:
@@ -150,12 +103,13 @@ class Proposal(Placement):
     def gap(self) -> float | None:
         """Optimality gap in [0, 1]: no layout of the same budget exceeds ``value`` by more. It is
         None for a search without ``gap``, or after Ctrl-C."""
-        return None if self.bound is None or self.value is None else self.bound.value - self.value
+        return None if self.bound is None else self.bound.gap
 
     @property
     def outcome(self) -> Outcome | None:
         """How the search ended; None for a proposal from a file."""
-        return None if self.search is None else self.search.outcome
+        outcome = None if self.search is None else self.search.outcome
+        return outcome if isinstance(outcome, Outcome) else None
 
     @cached_property
     def sensitivity(self) -> tuple[RingSensitivity, ...]:
@@ -166,9 +120,9 @@ class Proposal(Placement):
             return sensitivity(self.scene.core, self.setup, self.seed) if self.setup.rings else ()
 
     @property
-    def statistics(self) -> Statistics | None:
-        """Effort of the search; None for a proposal from a file."""
-        return None if self.search is None else self.search.statistics
+    def statistics(self) -> SearchResult | None:
+        """Effort of the search, in its result; None for a proposal from a file."""
+        return self.search
 
     @cached_property
     def records(self) -> tuple[Verified, ...]:
@@ -218,7 +172,7 @@ class Proposal(Placement):
             self.setup,
             core,
             zeta=[replace(r, setup="proposal", beyond=None, people=None) for r in zeta],
-            found=self.found or self._found(),
+            found=self.found,
         )
 
     def search_file(
@@ -252,13 +206,11 @@ class Proposal(Placement):
             asked_percent=criterion_percent,
             files=files,
             sensitivity=[] if stopped else list(self.sensitivity),
-            reach=self.reach_record(),
-            fewest_rings=self.rings_record(),
-            searches=RepeatedModel.of(self.repeated),
-            gap=GapModel.of(self.bound, self.search.exact, self.scene.core)
-            if self.gapped
-            else None,
-            price=PriceModel.of(self.scene.core, self.setup),
+            reach=self.reach,
+            fewest_rings=self.fewest,
+            searches=[] if self.repeated is None else self.repeated.records,
+            gap=self.bound,
+            price=self.scene.core.price_of(self.setup),
             short_percent=100 * self.search.short,
             sensors=sensor_records(self.setup),
         )
@@ -267,16 +219,6 @@ class Proposal(Placement):
         """Return the records of a comparison that concern the proposal and its scene's targets."""
         goals = {g.target.key for g in self.scene.core.targets}
         return [r for r in comparison if r.setup == self.name and r.key in goals]
-
-    def reach_record(self) -> ReachModel | None:
-        """Return the searches for the fewest sensors in percent; None if there were none."""
-        if self.reach is None or self.wanted_percent is None:
-            return None
-        return ReachModel.of(self.reach, self.wanted_percent)
-
-    def rings_record(self) -> FewestRingsModel | None:
-        """Return the searches for the fewest rings in percent; None if there were none."""
-        return None if self.fewest is None else FewestRingsModel.of(self.fewest, self.scene.core)
 
     def save(self, path: str | Path) -> Path:
         """Write the proposal as TOML. The write is atomic: an interruption leaves the old file or
@@ -295,35 +237,16 @@ class Proposal(Placement):
             write_proposal(Path(path), self.file())
         return Path(path)
 
-    def captions(self) -> list[str]:
-        return dark_captions(self.each, self._dark)
-
     def rows(self) -> Iterable[Sequence[str]]:
-        for v in self.each:
-            yield str(v.target), f"{with_error(100 * v.zeta, v.error)} %"
-        yield from dark_rows(self._dark)
-        if len(self.each) > 1:
-            yield "weighted mean", f"{with_error(100 * self.coverage, self.error)} %"
-        if not self.criterion.plain and self.value is not None:
-            yield str(self.criterion), f"{100 * self.value:.2f} %"
-        yield from part_rows(self.by_part)
-        yield from self.price_rows()
-        if self.bound is not None:
+        yield from super().rows()
+        if self.bound is not None and self.bound.value is not None:
             yield "upper bound", f"{100 * self.bound.value:.2f} %"
         if self.outcome is not None:
             yield "search", self.outcome.value
 
-    @cached_property
-    def _verifier(self) -> Verifier:
-        return Verifier(self.scene.core) if self.verifier is None else self.verifier
-
-    def _found(self) -> FoundModel | None:
-        if self.search is None:
-            return None
-        found = FoundModel.of(self.search, self.seed, self.criterion, self.command, versions())
-        if self.bound is None or not self.bound.informative:
-            return found
-        return found.model_copy(update={"bound_percent": round(100 * self.bound.value, 2)})
+    def _criterion_rows(self) -> Iterable[Sequence[str]]:
+        if not self.criterion.plain and self.value is not None:
+            yield str(self.criterion), f"{100 * self.value:.2f} %"
 
 
 def write_proposal(path: Path, file: ProposalFile) -> None:

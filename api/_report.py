@@ -14,10 +14,10 @@ from ._validation import ResolvedSetup, SetupCall, SetupLike, check_scene, resol
 from ._versions import versions
 from .formats.fingerprints import file_sha256, scene_sha256
 from .formats.loader import how_found
-from .formats.schema.proposal_models import FoundModel
 from .formats.writing import write_text
 from .objectives.options import ReportOptions
 from .objectives.scene import Scene as CoreScene
+from .placement.search.result import SearchResult
 from .reporting.terminal import Terminal
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def write_report(
     return folder / FILE, facts
 
 
-def _origin(setup: SetupLike) -> FoundModel | None:
+def _origin(setup: SetupLike) -> SearchResult | None:
     """Return the record of the search that found a setup, if it or its file has one."""
     if isinstance(setup, ResolvedSetup):
         return how_found(setup.name)

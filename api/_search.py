@@ -1,7 +1,7 @@
 """The search for the best setup in a scene."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from ._arguments import renamed
@@ -10,6 +10,7 @@ from ._options import called_with
 from ._proposal import Proposal
 from ._scene import Scene, core_scene
 from ._validation import check_scene, check_search_sight
+from ._versions import origin
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
 from .objectives.criterion import Criterion, check_criterion
@@ -92,7 +93,7 @@ def search(call: SearchCall) -> Proposal:
     """
     scene = core_scene(CoreScene() if call.scene is None else call.scene)
     tell = call.progress or (lambda progress: None)
-    seed, aim = call.seed, criterion(scene, call)
+    aim = criterion(scene, call)
     with input_errors(but=(InfeasibleError,)):
         space = space_of(call, scene)
     if call.gap:
@@ -114,20 +115,24 @@ def search(call: SearchCall) -> Proposal:
             result = fewest.result
         else:
             repeated = repeated_search(partial(searching.search, space), call, context)
-            result, seed = repeated.result, repeated.seed
+            result = repeated.result
+    bound = _bound(scene, call, space, result.setup, aim) if call.gap else None
+    if bound is not None and bound.value is not None:
+        bound = replace(bound, gap=bound.value - result.exact)
+    found = replace(
+        result,
+        bound=bound.value if bound is not None and bound.informative else None,
+        **origin(f"place_rings.search(..., seed={result.seed})"),
+    )
     return Proposal(
         result.setup,
         Scene.of(scene),
-        search=result,
+        found=found,
         criterion=aim,
-        seed=seed,
         reach=reached,
-        wanted_percent=call.reach,
-        bound=_bound(scene, call, space, result.setup, aim) if call.gap else None,
+        bound=bound,
         fewest=fewest,
         repeated=repeated if call.searches > 1 else None,
-        command=f"place_rings.search(..., seed={seed})",
-        gapped=call.gap,
         verifier=verifier,
     )
 
@@ -152,8 +157,8 @@ def _check_gap(scene: CoreScene, aim: Criterion) -> None:
 def _bound(
     scene: CoreScene, options: SearchOptions, space: Space, setup: Setup, aim: Criterion
 ) -> CoverageBound | None:
-    """Return an upper bound on all layouts with the budget of a search's answer; None after
-    Ctrl-C."""
+    """Return an upper bound on all layouts with the budget of a search's answer, without a value
+    after Ctrl-C."""
     from .placement.bound.upper_bound import upper_bound
 
     if options.reach is not None:
@@ -162,4 +167,4 @@ def _bound(
     try:
         return upper_bound(scene, space, aim)
     except KeyboardInterrupt:
-        return None
+        return CoverageBound()

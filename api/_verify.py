@@ -1,6 +1,6 @@
 """Counted and certified coverage of a setup."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import zip_longest
@@ -9,24 +9,21 @@ from typing import Any
 from ._arguments import renamed
 from ._errors import input_errors
 from ._options import called_with
-from ._placement import Placement, dark_captions, dark_rows, part_rows
+from ._placement import Counted
 from ._scene import Scene
 from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.sensor_records import sensor_records
 from .coverage.voxels.volume_tally import Bracket
 from .objectives.calibration_effect import calibration_effect
-from .objectives.dark_clothing import judge_dark, verify_dark
 from .objectives.options import VerifyOptions
 from .objectives.scene import Scene as CoreScene
 from .objectives.verified import Verified, lifted
 from .objectives.verify import VOXEL, Verifier
-from .objectives.verify_breakdown import mean_by_part
-from .reporting.text import with_error
 
 
 @dataclass(frozen=True, repr=False)
-class Coverage(Placement):
+class Coverage(Counted):
     """Coverage of a scene's targets by a setup."""
 
     setup: Setup
@@ -41,13 +38,6 @@ class Coverage(Placement):
     """The counter."""
 
     @property
-    def coverage(self) -> float:
-        """ζ in [0, 1]: the weighted mean over targets and poses, or the ζ of the worst pose if the
-        scene has ``over_poses="worst"``. For an interval it is the middle.
-        """
-        return self.verifier.judged(self.each)[1]
-
-    @property
     def low(self) -> float:
         """Lower end of the guaranteed interval of the mean over the targets, in [0, 1]; the mean
         itself for a count.
@@ -58,32 +48,6 @@ class Coverage(Placement):
     def high(self) -> float:
         """Upper end of that interval, in [0, 1]."""
         return min(self._mean("high"), 1.0)
-
-    @property
-    def dark_clothing(self) -> float | None:
-        """``coverage`` with the sensors' range on dark clothing (17 %) at their light; None if a
-        sensor has no figures of a catalogue, and for an interval.
-        """
-        return judge_dark(self.verifier, self._dark)
-
-    @cached_property
-    def _dark(self) -> tuple[Verified | None, ...]:
-        goals = self.scene.core.targets
-        with input_errors():
-            return tuple(verify_dark(self.verifier, self.setup, g.target) for g in goals)
-
-    @property
-    def error(self) -> float | None:
-        """Computed error of ``coverage``, in [0, 1]: 3.3 standard deviations, so it holds in 99.9 %
-        of cases; half of the interval if that is guaranteed; None for the rules ``centre`` and
-        ``touch``, whose error is not known.
-        """
-        return self.verifier.judged_error(self.each)
-
-    @property
-    def by_target(self) -> dict[str, float]:
-        """ζ in [0, 1] of each target, by its name, such as ``V_S(0.5)``."""
-        return {str(v.target): v.zeta for v in self.each}
 
     @property
     def by_pose(self) -> tuple[float, ...]:
@@ -111,29 +75,6 @@ class Coverage(Placement):
             replace(record, sensors=sensors, lifted=moved, calibration=effect)
             for record, effect in zip_longest(records, effects)
         )
-
-    @cached_property
-    def by_part(self) -> dict[str, float]:
-        """ζ in [0, 1] of the rings, the single sensors and the sensors of the cell alone: the
-        weighted mean over the targets. Empty unless there are several of these, and for an
-        interval.
-        """
-        return mean_by_part(self.verifier, self.setup, self.each)
-
-    def captions(self) -> list[str]:
-        return dark_captions(self.each, self._dark)
-
-    def rows(self) -> Iterable[Sequence[str]]:
-        for v in self.each:
-            if v.rule == "certified":
-                yield str(v.target), f"{100 * v.low:.4f} … {100 * v.high:.4f} %"
-            else:
-                yield str(v.target), f"{with_error(100 * v.zeta, v.error)} %"
-        yield from dark_rows(self._dark)
-        if len(self.each) > 1:
-            yield "weighted mean", f"{with_error(100 * self.coverage, self.error)} %"
-        yield from part_rows(self.by_part)
-        yield from self.price_rows()
 
     def __float__(self) -> float:
         return self.coverage

@@ -17,11 +17,12 @@ from ..coverage.targets.target import Target
 from ..objectives.named_layouts import layout_in
 from ..objectives.scene import Scene
 from ..objectives.turned_cell import turned_attached, turned_obstacle
+from ..placement.search.result import SearchResult
 from .model_reader import beside_of, file_and_table, read_model
 from .obstacle_meshes import parts_of_meshes
 from .recorded_motion import with_record
 from .schema.mounted_sensor_models import links_text
-from .schema.proposal_models import FoundModel, ProposalFile
+from .schema.proposal_models import ProposalFile
 from .schema.ring_models import RingModel, ring_models
 from .schema.robot_models import RobotFile, robot_of
 from .schema.scene_models import SceneFile, SceneModel
@@ -210,7 +211,7 @@ def is_proposal(name_or_path: str) -> bool:
     return _suffix(name_or_path) not in _SENSOR_LISTS
 
 
-def how_found(name_or_path: str) -> FoundModel | None:
+def how_found(name_or_path: str) -> SearchResult | None:
     """Return the record of the search in a proposal that ``resolve`` read; None for other
     setups."""
     if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path) or _suffix(name_or_path) != ".toml":

@@ -1,6 +1,7 @@
 """Prices of rings and sensors, and what a setup costs."""
 
-from collections.abc import Iterable
+import math
+from collections.abc import Collection
 from dataclasses import field
 from difflib import get_close_matches
 from typing import Annotated
@@ -8,12 +9,27 @@ from typing import Annotated
 from pydantic import Field
 
 from ..coverage.definitions.definition import definition, refuse
-from ..coverage.rings.ring import Ring
+from ..coverage.definitions.units import Decimals
+from ..coverage.rings.ring import Group, Ring, Setup
 from ..coverage.sensors.catalogue import MODELS
 from ..coverage.sensors.sensor import Sensor
 
 _LIKE = 0.65  # likeness of two names, above which one is a slip of the other
 _Price = Annotated[float, Field(ge=0, le=1e9)]
+
+
+@definition
+class SetupPrice:
+    """What a setup costs; fixed rings and sensors exist and cost nothing."""
+
+    total: Annotated[float, Decimals(6)]
+    """Price of all new rings with their sensors."""
+    rings: Annotated[float, Decimals(6)]
+    """Part of it for the rings without their sensors."""
+    sensors: Annotated[float, Decimals(6)]
+    """Part of it for the sensors."""
+    currency: str = ""
+    """Currency of the scene's prices."""
 
 
 @definition
@@ -49,9 +65,13 @@ class Prices:
         """Return the price of a ring with its sensors."""
         return self.ring + ring.count * self.of_sensor(ring.sensor)
 
-    def total(self, rings: Iterable[Ring]) -> float:
-        """Return the price of rings with their sensors."""
-        return sum(map(self.of_ring, rings))
+    def of_setup(self, setup: Setup, fixed: Collection[Group]) -> "SetupPrice":
+        """Return the price of the rings and single sensors that are not ``fixed``."""
+        new = [ring for ring in setup.rings if ring not in fixed]
+        singles = (one.sensor for one in setup.singles if one not in fixed)
+        total = sum(map(self.of_ring, new)) + math.fsum(map(self.of_sensor, singles))
+        rings = len(new) * self.ring
+        return SetupPrice(total, rings, total - rings, self.currency)
 
     def text(self, amount: float) -> str:
         """Return an amount as text, such as ``1,160 EUR``; fractions have two digits."""

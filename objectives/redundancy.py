@@ -112,9 +112,9 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
         target=target,
         voxel=verifier.point_voxel,
         zeta=zetas[0],
-        seen=zetas,
+        seen=tuple(zetas),
         worst_sensor=loss(without_sensor, on, lost - first),
         worst_ring=loss(without_ring, int(np.argmin(without_ring))),
-        without_sensor=without_sensor,
-        without_ring=without_ring,
+        without_sensor=tuple(without_sensor),
+        without_ring=tuple(without_ring),
     )

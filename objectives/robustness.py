@@ -68,7 +68,7 @@ def robustness(
                 mean_error=spread,
                 fifth_percentile=np.percentile(drawn, 5),
                 worst=drawn.min(),
-                drawn=drawn,
+                drawn=tuple(drawn),
                 seconds=time.perf_counter() - began,
             )
         )

@@ -34,7 +34,7 @@ from .link_limits import LinkLimits
 from .motion_limits import Motion
 from .mount_rules import Limits, Rules
 from .poses import Pose, Recorded
-from .prices import Prices
+from .prices import Prices, SetupPrice
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 _REFERENCE_POSE = np.radians(REFERENCE_POSE_DEG)
@@ -269,14 +269,12 @@ class Scene:
             / 1000
         )
 
-    def price_of(self, setup: Setup) -> float | None:
-        """Return the price of a setup; None without prices. Fixed rings and sensors exist and cost
-        nothing."""
+    def price_of(self, setup: Setup) -> SetupPrice | None:
+        """Return the price of a setup; None without prices."""
         if self.prices is None:
             return None
-        singles = (one for one in setup.singles if one not in self.rules.fixed_sensors)
-        rings = self.prices.total(ring for ring in setup.rings if ring not in self.rules.fixed)
-        return rings + math.fsum(self.prices.of_sensor(one.sensor) for one in singles)
+        fixed = (*self.rules.fixed, *self.rules.fixed_sensors)
+        return self.prices.of_setup(setup, fixed)
 
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:

@@ -6,11 +6,10 @@ from dataclasses import field, replace
 from typing import Annotated, Any, Self
 
 from pydantic import Field, PlainSerializer, PlainValidator
-from pydantic.json_schema import SkipJsonSchema
 
 from ..coverage.choices import Rule
 from ..coverage.definitions.definition import definition, fault
-from ..coverage.definitions.field_types import Items, Metres
+from ..coverage.definitions.field_types import InPython, Items, Metres
 from ..coverage.definitions.records import JsonRecord
 from ..coverage.definitions.units import Covered, Millimetres
 from ..coverage.occlusion.occlusion_mode import Occlusion
@@ -74,7 +73,7 @@ class PoseZeta(WithInterval):
     """Voxels in the target; none if certified."""
     covered_voxels: int | None = None
     """Covered voxels in the target; none if certified."""
-    bounds: Annotated[SkipJsonSchema[Bracket | None], Field(exclude=True)] = None
+    bounds: InPython[Bracket | None] = None
     """How the ends of a guaranteed interval were computed; not in files."""
 
 

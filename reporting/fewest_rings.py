@@ -2,21 +2,21 @@
 
 from collections.abc import Sequence
 
-from ..formats.schema.proposal_models import FewestRingsModel, TriedRingsModel
 from ..objectives.prices import Prices
+from ..placement.search.result import FewestRings, RingsTried
 from .explained import Explained
 from .text import counted, listed
 
 
-def fewest_rings_table(record: FewestRingsModel, prices: Prices | None) -> Explained:
+def fewest_rings_table(record: FewestRings, prices: Prices | None) -> Explained:
     """Return a table with a row for each number of rings; the answer is bold."""
-    best = max(tried.exact_percent for tried in record.tried)
+    best = max(tried.exact for tried in record.tried)
     answer = next((str(tried.rings) for tried in record.tried if tried.within), "")
     rows = [
         (
             str(tried.rings),
-            f"{tried.exact_percent:.2f}",
-            f"{best - tried.exact_percent:.2f}",
+            f"{100 * tried.exact:.2f}",
+            f"{100 * (best - tried.exact):.2f}",
             *([] if prices is None or tried.price is None else [prices.text(tried.price)]),
             f"{tried.seconds:.0f}",
             "complete" if tried.finished else "cut short",
@@ -34,13 +34,14 @@ def fewest_rings_table(record: FewestRingsModel, prices: Prices | None) -> Expla
     )
 
 
-def fewest_rings_line(record: FewestRingsModel) -> str:
+def fewest_rings_line(record: FewestRings) -> str:
     """Return the answer of a search for the fewest rings as a sentence."""
     answer = next(one for one in record.tried if one.within)
-    best = max(one.exact_percent for one in record.tried)
+    best = max(one.exact for one in record.tried)
     fewer = next((one for one in record.tried if one.rings == answer.rings - 1), None)
     rings = counted(answer.rings, "ring")
-    margin = f"{record.within_points:g} point{'s' * (record.within_points != 1)} of the best found"
+    points = round(100 * record.within, 9)
+    margin = f"{points:g} point{'s' * (points != 1)} of the best found"
     spent = f"All searches took {sum(one.seconds for one in record.tried):.0f} s."
     if record.conclusive:
         loss = "" if fewer is None else f"; {_loss(fewer, best)}"
@@ -61,5 +62,5 @@ def _rings(numbers: Sequence[int]) -> str:
     return f"{listed([str(number) for number in numbers])} ring{'s' * ([*numbers] != [1])}"
 
 
-def _loss(one: TriedRingsModel, best: float) -> str:
-    return f"{counted(one.rings, 'ring')} lose {best - one.exact_percent:.2f} points"
+def _loss(one: RingsTried, best: float) -> str:
+    return f"{counted(one.rings, 'ring')} lose {100 * (best - one.exact):.2f} points"

@@ -240,22 +240,22 @@ def simulate(
         range_needed_m=needed_m,
         range_suffices=motion.full.weight @ (needed.max(axis=1) <= range_m),
         occlusion=occlusion,
-        obstacles=[o.name for o in scene.obstacles],
+        obstacles=tuple(o.name for o in scene.obstacles),
         floor_m=floor_of(scene),
         seed=options.seed,
-        sensors=sensor_records(setup),
+        sensors=tuple(sensor_records(setup)),
         seconds=time.perf_counter() - began,
     )
     return SimulatedApproaches(record, first, motion, start)
 
 
-def _by_direction(approaches: Approaches, directions: int) -> list[DirectionShare]:
+def _by_direction(approaches: Approaches, directions: int) -> tuple[DirectionShare, ...]:
     """Return the share of each sector that has an approach."""
     edges = np.linspace(0, 360, directions + 1)
     degrees = np.degrees(approaches.azimuth) % 360
     sector = np.clip(np.searchsorted(edges, degrees, side="right") - 1, 0, directions - 1)
-    return [
+    return tuple(
         DirectionShare(**vars(approaches.share(here)), from_deg=low, to_deg=high, approaches=n)
         for k, (low, high) in enumerate(pairwise(edges))
         if (n := int((here := sector == k).sum()))
-    ]
+    )

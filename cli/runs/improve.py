@@ -106,8 +106,7 @@ def _show(record: ImproveResult, improvement: Improvement, voxel: float, console
             f" mounted; after the changes: {shorts or '–'}."
         )
     console.print(
-        f"{result.statistics.evaluations} evaluations, {result.statistics.seconds:.0f} s;"
-        f" {result.outcome.value}."
+        f"{result.evaluations} evaluations, {result.seconds:.0f} s; {result.outcome.value}."
     )
     for path in record.files.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)

@@ -9,13 +9,13 @@ from pathlib import Path
 from place_rings._proposal import Proposal, write_proposal
 from place_rings._search import search
 
-from ...formats.schema.proposal_models import ReachModel, SearchFile
+from ...formats.schema.proposal_models import SearchFile
 from ...formats.writing import output_files, write_text
 from ...objectives.scene import Scene
 from ...objectives.verified import Verified
 from ...placement.search.options import SearchOptions
 from ...placement.search.progress import Outcome, Progress
-from ...placement.search.result import SearchResult
+from ...placement.search.result import Reach, SearchResult
 from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
 from ...reporting.lines.occlusion import (
@@ -63,9 +63,7 @@ def place(scene: Scene, options: SearchOptions, out: Path, as_json: bool) -> Non
     """
     console, log = Terminal(), Terminal(stderr=True)
     with output_files(out, *_FILES.values(), keep=True) as new:
-        proposal = replace(
-            _searched(scene, options, log), command=shlex.join(["place-rings", *sys.argv[1:]])
-        )
+        proposal = _searched(scene, options, log)
         comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
         mine = proposal.own_records(comparison)
         paths = {key: str(out / name) for key, name in _FILES.items()}
@@ -118,9 +116,11 @@ def _searched(scene: Scene, options: SearchOptions, console: Terminal) -> Propos
             bar.update(task, description=what, total=total, completed=done, best=best)
 
         proposal = search(scene, progress=tell, **vars(options))
+        command = shlex.join(["place-rings", *sys.argv[1:]])
+        found = replace(proposal.found, command=command)  # type: ignore[type-var]
     for line in (line for each in lines for line in each.result()):
         console.print(line, highlight=False, soft_wrap=True)
-    return proposal
+    return replace(proposal, found=found)
 
 
 def _compared(proposal: Proposal, console: Terminal) -> list[Verified]:
@@ -163,7 +163,7 @@ def _show(
     compared = {"proposal": setup} | papers(scene)
     sensors = {name: one.sensors for name, one in compared.items()}
     prices = {
-        name: scene.prices.text(price)
+        name: scene.prices.text(price.total)
         for name, one in compared.items()
         if scene.prices is not None and (price := scene.price_of(one)) is not None
     }
@@ -217,12 +217,11 @@ def _show(
 
 
 def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Terminal) -> None:
-    spent = result.statistics
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
     console.print(
-        f"Search{sought}: coverage {100 * result.exact:.2f} %; {spent.starts} starts,"
-        f" {spent.seconds:.0f} s, of which start-up {spent.start_up:.1f} s;"
+        f"Search{sought}: coverage {100 * result.exact:.2f} %; {result.starts} starts,"
+        f" {result.seconds:.0f} s, of which start-up {result.start_up:.1f} s;"
         f" {result.outcome.value}.",
         highlight=False,
     )
@@ -231,8 +230,8 @@ def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Term
         console.print(f"Stages: {', '.join(stages)}.", highlight=False)
     if result.slope is not None:
         console.print(
-            f"After {spent.evaluations} gradients the slope left is {100 * result.slope:.3f} points"
-            " by mm and degree.",
+            f"After {result.evaluations} gradients the slope left is {100 * result.slope:.3f}"
+            " points by mm and degree.",
             highlight=False,
         )
 
@@ -242,8 +241,8 @@ def _chance_line(record: SearchFile, result: SearchResult) -> str | None:
     where time was short."""
     if record.searches:
         each = [
-            f"{one.seed}: {one.exact_percent:.2f}"
-            + (f" (misses minimums by {one.short_percent:.2f})" if one.short_percent else "")
+            f"{one.seed}: {100 * one.exact:.2f}"
+            + (f" (misses minimums by {100 * one.short:.2f})" if one.short else "")
             for one in record.searches
         ]
         best = next(one.seed for one in record.searches if one.best)
@@ -257,14 +256,14 @@ def _chance_line(record: SearchFile, result: SearchResult) -> str | None:
     return "Another random seed may end a little higher: --searches 3 keeps the best of three."
 
 
-def _reached_line(reached: ReachModel) -> str:
-    tried = ", ".join(f"{t.sensors}: {t.exact_percent:.2f}" for t in reached.tried)
+def _reached_line(reached: Reach) -> str:
+    tried = ", ".join(f"{t.sensors}: {100 * t.exact:.2f}" for t in reached.tried)
     if not reached.reached:
         return (
-            f"{reached.wanted_percent:g} % was not reached. Each search, as sensors: coverage in"
+            f"{100 * reached.wanted:g} % was not reached. Each search, as sensors: coverage in"
             f" percent: {tried}."
         )
     return (
-        f"Fewest sensors that reached {reached.wanted_percent:g} %: see the table. Each search, as"
+        f"Fewest sensors that reached {100 * reached.wanted:g} %: see the table. Each search, as"
         f" sensors: coverage in percent: {tried}."
     )

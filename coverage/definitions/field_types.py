@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, GetPydanticSchema
+from pydantic.json_schema import SkipJsonSchema
 
 T = TypeVar("T")
 FARTHEST = 100.0  # m, largest distance from the base
@@ -25,10 +26,18 @@ def as_tuple(values: Any) -> Any:
     return tuple(map(as_python, values)) if isinstance(values, tuple) else values
 
 
+def _unchecked(*_: Any) -> Any:
+    from pydantic_core.core_schema import any_schema
+
+    return any_schema()
+
+
 Items = Annotated[tuple[T, ...], BeforeValidator(as_tuple)]
 """Any number of items; a list or an array becomes a tuple."""
 Pair = Annotated[tuple[T, T], BeforeValidator(as_tuple)]
 Triple = Annotated[tuple[T, T, T], BeforeValidator(as_tuple)]
+InPython = Annotated[T, GetPydanticSchema(_unchecked), SkipJsonSchema(), Field(exclude=True)]
+"""A value of a record that files do not state."""
 Text = Annotated[str, Field(max_length=LONGEST_NAME)]
 Metres = Annotated[float, Field(gt=0, le=100, description="length, m")]
 Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate, m")]

@@ -24,7 +24,8 @@ class JsonRecord:
 
     def model_dump(self, mode: Literal["json", "python"] = "json") -> dict[str, Any]:
         """Return the keys and values that ``--json`` prints."""
-        keys: dict[str, Any] = adapter(type(self)).dump_python(self, mode=mode, by_alias=True)
+        cls: Any = type(self)
+        keys: dict[str, Any] = adapter(cls).dump_python(self, mode=mode, by_alias=True)
         return keys
 
 

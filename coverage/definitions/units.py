@@ -110,9 +110,9 @@ def Millimetres(key: str = "", digits: int = 6, **limits: float) -> FileUnit:
     return FileUnit(key, lambda mm: mm / 1000, lambda x: round(1000 * x, digits), limits)
 
 
-def Decimals(digits: int, **limits: float) -> FileUnit:
+def Decimals(digits: int, key: str = "", **limits: float) -> FileUnit:
     """Return the annotation of a number that files state with ``digits`` decimals; -0 as 0."""
-    return FileUnit("", float, lambda value: round(float(value), digits) + 0.0, limits)
+    return FileUnit(key, float, lambda value: round(float(value), digits) + 0.0, limits)
 
 
 _UNITS = {

@@ -18,6 +18,7 @@ from pydantic import (
 
 from ...coverage.definitions.definition import Fault, fault, refuse
 from ...coverage.definitions.errors import IN_LINE, NAMED, UserError
+from ...coverage.definitions.records import FILE_VERSION
 from ...coverage.electronics.electronics import Electronics
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.person_reach import Person
@@ -54,7 +55,7 @@ from .mounted_sensor_models import (
 )
 from .ring_models import RingModel, ring_models, setup_of
 from .robot_models import RobotModel, robot_key, robot_of
-from .versions import FILE_VERSION, VersionedFile
+from .versions import VersionedFile
 
 
 def _without_files(solids: list[Solid], noun: str) -> tuple[Solid, ...]:

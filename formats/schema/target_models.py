@@ -5,11 +5,11 @@ from typing import Annotated
 from pydantic import Field
 
 from ...coverage.definitions.definition import definition
+from ...coverage.definitions.records import FILE_VERSION
 from ...coverage.robots.base_frame import BaseFrame, must_turn
 from ...coverage.robots.robot import Robot
 from ...coverage.targets.combined import TargetTable
 from ...coverage.targets.target import Target
-from .versions import FILE_VERSION
 
 
 @definition(kw_only=True)

@@ -1,42 +1,45 @@
 """What an upper bound on the coverage of every layout states. It loads no SciPy, as records do."""
 
-from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field
+
+from ...coverage.definitions.definition import definition
+from ...coverage.definitions.field_types import Items
+from ...coverage.definitions.units import Covered, Decimals, Points
 
 NOTHING = 0.9995
 """A bound of at least this says nothing."""
 
 
-@dataclass(frozen=True)
+@definition
 class TermBound:
-    """Bound of the coverage of one target at one pose."""
+    """Upper bound of the coverage of one target at one pose."""
 
-    goal: int
-    """Number of the target in the scene."""
-    pose: int
-    """Number of the pose."""
-    by_volume: float
-    """Bound by the volume of the beams, in [0, 1]."""
-    by_prices: float
-    """Bound by prices, in [0, 1]; 1 without, or where no prices are known to beat the volume."""
-
-    @property
-    def value(self) -> float:
-        """The lower of the two."""
-        return min(self.by_volume, self.by_prices)
+    target: str
+    """Label of the target."""
+    pose: Annotated[int, Field(ge=0)]
+    """Number of the pose, counted from 0."""
+    value: Annotated[float, Covered("bound_percent")]
+    """The lower of the two bounds."""
+    by_volume: Annotated[float, Covered("by_volume_percent")]
+    """Bound by the volume of the beams alone."""
+    by_prices: Annotated[float, Covered("by_prices_percent")]
+    """Bound by prices of places; 1 where none beat the volume."""
 
 
-@dataclass(frozen=True)
+@definition
 class CoverageBound:
-    """Upper bound on the coverage of every layout within a budget."""
+    """Upper bound on what any layout of the same budget could cover, and the gap to it."""
 
-    value: float
-    """Bound of the search's criterion, in [0, 1]."""
-    terms: tuple[TermBound, ...]
-    """Bound for each target at each pose."""
-    seconds: float
-    """Time that it took, s."""
-
-    @property
-    def informative(self) -> bool:
-        """Whether it excludes anything: whether it lies below 100 %."""
-        return self.value < NOTHING
+    value: Annotated[float, Covered("bound_percent")] | None = None
+    """No layout within the budget and the rules reaches more of the criterion; none after
+    Ctrl-C."""
+    gap: Annotated[float, Points("gap_points", 12)] | None = None
+    """The bound less the proposal's value of the criterion."""
+    informative: bool = False
+    """Whether the bound is below 100 %."""
+    terms: Items[TermBound] = ()
+    """Bounds of each target at each pose, of at most 64."""
+    seconds: Annotated[float, Decimals(1, ge=0)] = 0.0
+    """Time that the bound took, s."""

@@ -54,7 +54,7 @@ from ...objectives.criterion import Criterion
 from ...objectives.scene import Scene
 from ..space.design import Space
 from .blurred_beam import BlurredBeam, Profile
-from .coverage_bound import CoverageBound, TermBound
+from .coverage_bound import NOTHING, CoverageBound, TermBound
 from .families import Budget, Family, families
 from .multipliers import find_prices
 from .price_field import WIDTH, PriceField, TargetGrid
@@ -62,6 +62,7 @@ from .ring_values import STEP, RingMaxima, shares
 
 MARGIN = 5e-4
 """Added to each bound for the sums over voxels, as a share of the target."""
+_LISTED = 64
 _GAIN = 0.002  # below the volume bound: prices that promise less are not followed up
 
 
@@ -121,7 +122,8 @@ def upper_bound(
     value = float((weights * each).sum())
     if scene.over_poses == "worst":
         value = min(value, float((scene.goal_weights @ each).min()))
-    return CoverageBound(min(value, 1.0), tuple(terms), time.monotonic() - began)
+    value, seconds = min(value, 1.0), time.monotonic() - began
+    return CoverageBound(value, None, value < NOTHING, tuple(terms[:_LISTED]), seconds)
 
 
 def unboundable(scene: Scene, aim: Criterion) -> str | None:
@@ -160,18 +162,14 @@ class AtPose:
 
     def bound(self, goal: int, effort: Effort, priced: bool = True) -> TermBound:
         """Return the bound for a target; unless ``priced`` by volume only."""
-        target = self.scene.targets[goal].target
+        target, by_prices = self.scene.targets[goal].target, 1.0
         grid = TargetGrid.of(self.scene, target, self.pose, effort.voxels)
         volume = min(self._by_volume(grid) + MARGIN, 1.0)
-        if not priced or not effort.steps:
-            return TermBound(goal, self.pose, volume, 1.0)
-        if not self._resolved(grid, effort):
-            return TermBound(goal, self.pose, volume, 1.0)
-        field = Priced(self, grid, effort)
-        if field.estimate > volume - _GAIN:
-            return TermBound(goal, self.pose, volume, 1.0)
-        value = field.bound(effort)
-        return TermBound(goal, self.pose, volume, min(value + MARGIN, 1.0))
+        if priced and effort.steps and self._resolved(grid, effort):
+            field = Priced(self, grid, effort)
+            if field.estimate <= volume - _GAIN:
+                by_prices = min(field.bound(effort) + MARGIN, 1.0)
+        return TermBound(str(target), self.pose, min(volume, by_prices), volume, by_prices)
 
     def _resolved(self, grid: TargetGrid, effort: Effort) -> bool:
         """Return whether the sums along each beam resolve the prices: not for a beam that is

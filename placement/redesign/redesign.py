@@ -19,7 +19,7 @@ from ...objectives.soft_coverage import SoftCoverage
 from ...objectives.target_points import TargetPoints
 from ..search.context import SearchContext
 from ..search.options import ImproveOptions
-from ..search.progress import Outcome, Progress, Statistics
+from ..search.progress import Outcome, Progress
 from .beam_search import WORTH, Answer, BeamPlan, BeamSearch
 from .changes import Touched
 from .problem import RedesignProblem
@@ -38,8 +38,14 @@ class Improved:
     empty if no change helps."""
     outcome: Outcome
     """How the search ended."""
-    statistics: Statistics
-    """Effort; its starts are local searches."""
+    climbs: int
+    """Number of local searches."""
+    evaluations: int
+    """Evaluations of value and gradient by local searches."""
+    width: float
+    """Width of the sigmoid in the soft coverage of the answers, m."""
+    seconds: float
+    """Wall-clock time, s."""
 
 
 def improve(
@@ -81,10 +87,9 @@ def improve(
             brake.pulled.set()
     outcome = Outcome.of(brake, brake.on())
     broken = tuple(faults(scene, rework.mounted.rings))
-    spent = Statistics(
-        search.climbs, time.monotonic() - began, search.evaluations, search.finest.width
-    )
-    return Improved(start, broken, _worthwhile(search, start, most), outcome, spent)
+    steps, seconds = _worthwhile(search, start, most), time.monotonic() - began
+    effort = search.climbs, search.evaluations, search.finest.width, seconds
+    return Improved(start, broken, steps, outcome, *effort)
 
 
 def _add_changes(search: BeamSearch, most: int, rng: np.random.Generator) -> int:

@@ -1,7 +1,7 @@
 """Progress, outcome and statistics of a search."""
 
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from typing import Annotated, Literal
 
 from ...coverage.definitions.definition import definition
@@ -10,7 +10,7 @@ from ...coverage.rings.ring import Setup
 from ..stop_token import StopToken
 
 
-class Outcome(Enum):
+class Outcome(StrEnum):
     """How a search ended; the value is the text for the user."""
 
     FINISHED = "the search completed its schedule"
@@ -35,22 +35,6 @@ class StageResult:
     """Criterion of its best setup: on the sample points, and in the verdict the count."""
     seconds: Annotated[float, Decimals(1)]
     """Wall-clock time, s."""
-
-
-@dataclass(frozen=True)
-class Statistics:
-    """Effort of a search."""
-
-    starts: int
-    """Number of starts."""
-    seconds: float
-    """Wall-clock time, s."""
-    evaluations: int = 0
-    """Evaluations of value and gradient by local searches."""
-    width: float = 0.0
-    """Width of the sigmoid in the estimate on sample points, m; 0 where it is a share of points."""
-    start_up: float = 0.0
-    """Wall-clock time until points and occluders existed, s; no cap cuts it."""
 
 
 @dataclass

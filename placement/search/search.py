@@ -16,7 +16,7 @@ from .global_stage import GlobalStage, SearchRecord
 from .gradient_stage import accelerated, gradient_stage, suits
 from .local_stage import LocalStage
 from .options import SearchOptions
-from .progress import Outcome, Progress, StageResult, Statistics
+from .progress import Outcome, Progress, StageResult
 from .result import SearchResult
 from .schedule import judging_points, usual
 from .verdict import choose
@@ -97,21 +97,25 @@ def search(space: Space, options: SearchOptions, context: SearchContext) -> Sear
 
     chosen = choose(setups, context, np.random.default_rng((seed, 2)), counting)
     stages.append(StageResult("verdict", chosen.exact, time.monotonic() - start))
-    sampled, best = finalists[chosen.index]
+    (sampled, best), aim = finalists[chosen.index], context.aim
     return SearchResult(
-        setups[chosen.index],
-        None if chosen.short > 0 else sampled,
-        chosen.exact,
-        chosen.short,
-        Outcome.of(brake, late),
-        Statistics(
-            max(schedule[0].keep, len(starts)),
-            time.monotonic() - began,
-            evaluations=sum(climb.evaluations for _, climb in climbs),
-            start_up=ready - began,
-        ),
-        chosen.voxel,
-        chosen.verified,
-        tuple(stages),
-        next((climb.slope for c, climb in climbs if c is best), None),
+        setup=setups[chosen.index],
+        outcome=Outcome.of(brake, late),
+        seed=seed,
+        sampled=None if chosen.short > 0 else sampled,
+        exact=chosen.exact,
+        starts=max(schedule[0].keep, len(starts)),
+        evaluations=sum(climb.evaluations for _, climb in climbs),
+        stages=tuple(stages),
+        slope=next((climb.slope for c, climb in climbs if c is best), None),
+        seconds=time.monotonic() - began,
+        start_up=ready - began,
+        counting=stages[-1].seconds,
+        redundancy=aim.seen,
+        losing=aim.losing,
+        tolerant=aim.mountings_drawn,
+        short=chosen.short,
+        voxel=chosen.voxel,
+        verified=chosen.verified,
+        price=context.scene.price_of(setups[chosen.index]),
     )

@@ -18,7 +18,7 @@ from .context import SearchContext
 from .exchange_points import Fields
 from .options import SearchOptions
 from .progress import Outcome, Progress
-from .result import FewestRings, Reach, RepeatedSearch, SearchResult
+from .result import FewestRings, Reach, RepeatedSearch, SearchResult, SensorsTried
 from .schedule import judging_points, usual
 from .search import search
 
@@ -113,7 +113,7 @@ def repeated_search(run: Run, options: SearchOptions, context: SearchContext) ->
             break
     finest = min(one.voxel for one in tried.values())
     best = max(tried, key=lambda s: (tried[s].voxel == finest, *tried[s].rank))
-    return RepeatedSearch(replace(tried[best], outcome=outcome), best, tried)
+    return RepeatedSearch(replace(tried[best], outcome=outcome), tried)
 
 
 def fewest_sensors(options: SearchOptions, context: SearchContext) -> Reach:
@@ -171,11 +171,9 @@ def fewest_sensors(options: SearchOptions, context: SearchContext) -> Reach:
             at = min(max(grown, short + 1), enough - 1)
     reached = enough < len(allowed)
     best = results[allowed[enough]] if reached else max(results.values(), key=lambda one: one.rank)
-    return Reach(
-        replace(best, outcome=outcome),
-        reached,
-        {n: (r.exact, suffices(r)) for n, r in sorted(results.items())},
-    )
+    tried = [SensorsTried(n, r.exact, suffices(r)) for n, r in sorted(results.items())]
+    result = replace(best, outcome=outcome)
+    return Reach(wanted=wanted, reached=reached, tried=tuple(tried), result=result)
 
 
 def allowed_totals(scene: Scene, rings: int | None = None) -> Sequence[int]:
@@ -226,7 +224,8 @@ def fewest_rings(space: Space, options: SearchOptions, context: SearchContext) -
     fewer = tuple(replace(r, keep=max(r.keep // 2, 2)) for r in rounds)
     context, outcome = replace(context, schedule=fewer), first.outcome
     too_few = max(math.ceil(space.free / max(space.most, 1)) + len(space.fixed) - 1, 0)
-    so_far = FewestRings(first, options.margin, {len(first.setup.rings): first}, too_few)
+    results = {len(first.setup.rings): first}
+    so_far = FewestRings(within=options.margin, results=results, too_few=too_few)
     while outcome is not Outcome.INTERRUPTED:
         spare = left()
         between = so_far.untried or so_far.doubtful(spare)
@@ -236,7 +235,7 @@ def fewest_rings(space: Space, options: SearchOptions, context: SearchContext) -
             outcome = Outcome.TIME
             break
         rings, steps = between[len(between) // 2], len(between).bit_length()
-        more = [one.setup for n, one in so_far.tried.items() if n >= rings]
+        more = [result.setup for n, result in so_far.results.items() if n >= rings]
         try:
             stated = Space(scene, sensors=options.sensors, rings=rings)
             here = context.within(max(left(), 0.0) / steps, rings=rings)
@@ -248,5 +247,5 @@ def fewest_rings(space: Space, options: SearchOptions, context: SearchContext) -
             outcome = Outcome.INTERRUPTED
             break
         outcome = outcome if result.outcome is Outcome.FINISHED else result.outcome
-        so_far = replace(so_far, tried=dict(sorted({**so_far.tried, rings: result}.items())))
-    return replace(so_far, result=replace(so_far.tried[so_far.fewest], outcome=outcome))
+        so_far = replace(so_far, results=dict(sorted({**so_far.results, rings: result}.items())))
+    return replace(so_far, result=replace(so_far.results[so_far.fewest], outcome=outcome))

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.sensor_records import SensorRecord, title
 from ...coverage.robots.joint_values import assignments
-from ...formats.schema.gap_models import GapModel
 from ...objectives.reach import Beyond, beyond_sensors
 from ...objectives.scene import Scene
 from ...objectives.separation_summary import Separations
 from ...objectives.verified import CalibrationEffect, Verified
+from ...placement.bound.coverage_bound import CoverageBound
 from ..tables import percent, target_label
 
 
@@ -34,21 +34,21 @@ def calibration_lines(
     ]
 
 
-def gap_line(gap: GapModel | None) -> str | None:
+def gap_line(bound: CoverageBound | None) -> str | None:
     """Return how far the best layout may be; None if no bound was requested."""
-    if gap is None:
+    if bound is None:
         return None
-    if gap.bound_percent is None or gap.gap_points is None:
+    if bound.value is None or bound.gap is None:
         return "Optimality gap: interrupted before there was an upper bound."
-    if not gap.informative:
+    if not bound.informative:
         return (
             "Optimality gap: the upper bound says nothing here; it is 100 %. The sensors could"
             " cover all of the target if their beams never had to overlap."
         )
     return (
-        f"Optimality gap: at most {gap.gap_points:.2f} points. No layout within the same budget and"
-        f" rules covers more than {gap.bound_percent:.2f} %, wherever its rings sit"
-        f" ({gap.seconds:.0f} s)."
+        f"Optimality gap: at most {100 * bound.gap:.2f} points. No layout within the same budget"
+        f" and rules covers more than {100 * bound.value:.2f} %, wherever its rings sit"
+        f" ({bound.seconds:.0f} s)."
     )
 
 

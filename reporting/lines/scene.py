@@ -76,8 +76,8 @@ def lift_lines(lifts: Sequence[Lift], most_mm: float) -> Iterator[str]:
 
 def price_line(scene: Scene, setup: Setup) -> str | None:
     """Return the price of a setup with its parts; None for a scene without prices."""
-    prices, total = scene.prices, scene.price_of(setup)
-    if prices is None or total is None:
+    prices, price = scene.prices, scene.price_of(setup)
+    if prices is None or price is None:
         return None
     new = [ring for ring in setup.rings if ring not in scene.rules.fixed]
     parts = [f"{counted(len(new), 'ring')} at {prices.text(prices.ring)}"]
@@ -86,4 +86,4 @@ def price_line(scene: Scene, setup: Setup) -> str | None:
         sensors[prices.of_sensor(ring.sensor)] += ring.count
     parts += [f"{counted(n, 'sensor')} at {prices.text(each)}" for each, n in sensors.items()]
     fixed = "; fixed rings cost nothing" if len(new) < len(setup.rings) else ""
-    return f"Price: {prices.text(total)} ({', '.join(parts)}{fixed})."
+    return f"Price: {prices.text(price.total)} ({', '.join(parts)}{fixed})."

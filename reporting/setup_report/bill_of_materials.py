@@ -42,8 +42,8 @@ def _power(count: int, sensor: Sensor) -> tuple[str, str]:
 
 def _bought(scene: Scene, setup: Setup) -> list[str]:
     """Return a table of prices and their sum; without prices, how to state them."""
-    prices, total = scene.prices, scene.price_of(setup)
-    if prices is None or total is None:
+    prices, price = scene.prices, scene.price_of(setup)
+    if prices is None or price is None:
         return ["The scene states no prices; add them as `[prices]` with `ring` and `sensor`.", ""]
 
     def text(amount: float) -> str:
@@ -61,7 +61,7 @@ def _bought(scene: Scene, setup: Setup) -> list[str]:
     ]
     rings = len(new.rings)
     clamps = ("ring without its sensors", text(prices.ring), text(rings * prices.ring))
-    rows = [*rows, (f"{rings}", *clamps), ("", "**total**", "", f"**{text(total)}**")]
+    rows = [*rows, (f"{rings}", *clamps), ("", "**total**", "", f"**{text(price.total)}**")]
     fixed = ["Fixed rings are already mounted and cost nothing."]
     return [
         table(("number", "part", "price of one", "price of all"), rows, right=(0, 2, 3)),

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..detection_page import DISCLAIMER
+from ...simulation.safety import DISCLAIMER
 from ..pages import escaped, table
 from ..text import counted
 from .blind_spot_section import blind_sentence

@@ -6,7 +6,6 @@ from functools import partial
 import numpy as np
 
 from ...coverage.rings.ring import Setup
-from ...formats.schema.proposal_models import FoundModel
 from ...formats.schema.written_models import RequirementModel
 from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.calibration_effect import calibration_effect
@@ -18,6 +17,7 @@ from ...objectives.robustness import RingSensitivity, Robustness, robustness
 from ...objectives.scene import Scene
 from ...objectives.verified import CalibrationEffect, Verified
 from ...objectives.verify import Verifier
+from ...placement.search.result import SearchResult
 from ..comparison import compared, counted, papers
 from ..progress import ProgressBar
 from ..terminal import Terminal
@@ -51,7 +51,7 @@ class Facts:
     """Blind spots for each target."""
     broken: list[Fault]
     """Violated rules of the scene, and of a real mount."""
-    found: FoundModel | None
+    found: SearchResult | None
     """Record of the search that found the setup, or None."""
     calibration: list[CalibrationEffect]
     """What the calibration of the arm changes, for each goal; empty without one."""
@@ -98,7 +98,7 @@ def gather(
     setup: Setup,
     scene: Scene,
     options: ReportOptions,
-    found: FoundModel | None,
+    found: SearchResult | None,
     console: Terminal,
 ) -> Facts:
     """Count everything that the report of ``setup`` states, with progress on ``console``."""

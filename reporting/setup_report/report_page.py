@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from ...coverage.rings.sensor_records import sensor_records
-from ..detection_page import DISCLAIMER
+from ...simulation.safety import DISCLAIMER
 from ..lines.occlusion import ADVICE
 from ..lines.results import sensor_lines
 from ..pages import code, escaped

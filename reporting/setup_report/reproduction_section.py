@@ -40,8 +40,8 @@ def reproduction_section(
         yield f"{f.found.seconds:.0f} s ({escaped(f.found.outcome)}), by"
         yield f"{_listed_versions(f.found.versions)}:\n"
         yield _command_of(f.found.command)
-        if f.found.bound_percent is not None:
-            reached, bound = f.found.exact_percent, f.found.bound_percent
+        if f.found.bound is not None:
+            reached, bound = 100 * f.found.exact, 100 * f.found.bound
             yield "No layout within the budget and the rules of that search reaches more than"
             yield f"{bound:.2f} %; its answer reached {reached:.2f} %.\n"
     yield f"This report, with seed {f.options.seed} for its random draws, was created by"

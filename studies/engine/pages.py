@@ -7,7 +7,7 @@ from typing import Any
 
 import tomli_w
 
-from ...formats.schema.versions import FILE_VERSION
+from ...coverage.definitions.records import FILE_VERSION
 from .scenes import Rings
 
 FILE = "setups.toml"

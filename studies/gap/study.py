@@ -68,7 +68,7 @@ def bound(scene: Mapping[str, object], sensors: int, seen: int = 1) -> dict[str,
     parts for the scene's first target at its first pose, and its processor time in seconds."""
     where, began = scene_from(scene), time.process_time()
     found = upper_bound(where, Space(where, sensors=sensors), Criterion(seen))
-    if found is None:
+    if found is None or found.value is None:
         raise ValueError("no bound is known")
     first = found.terms[0]
     return {

@@ -235,7 +235,7 @@ def test_the_fewest_sensors_are_sought_with_progress():
     counts = []
     few = pr.search(NEAR, reach=3, voxel=0.1, time=5, progress=lambda p: counts.append(p.sensors))
     assert few.coverage >= 0.03
-    assert few.reach_record().reached
+    assert few.reach.reached
     assert set(counts) >= {few.setup.sensors}
 
 

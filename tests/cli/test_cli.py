@@ -297,7 +297,7 @@ def test_a_search_for_redundancy_says_what_it_aimed_at(run, quick, tmp_path):
     file = read_proposal(tmp_path / "found/proposal.toml")[2]
     result = SearchFile.model_validate_json((tmp_path / "found/result.json").read_text())
     assert file.found.redundancy == 2
-    assert result.asked_percent["proposal"] == pytest.approx(file.found.exact_percent)
+    assert result.asked_percent["proposal"] == pytest.approx(100 * file.found.exact)
     assert set(result.asked_percent) == {"proposal", "n1_4_0"}
 
 

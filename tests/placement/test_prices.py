@@ -13,7 +13,6 @@ from place_rings.coverage.sensors.catalogue import model
 from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import PAPER_SENSOR, Sensor, effective
 from place_rings.formats.loader import read_scene
-from place_rings.formats.schema.price_models import PriceModel
 from place_rings.formats.schema.versions import SensorFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
@@ -51,8 +50,8 @@ def test_the_price_is_the_sum_over_new_rings_and_their_sensors(new, fixed, ring,
     each = [ring] * len(new)
     for one in new:
         each += [other if one.sensor is L1X else sensor] * one.count
-    assert scene.price_of(Setup(setup)) == pytest.approx(sum(each))
-    record = PriceModel.of(scene, Setup(setup))
+    record = scene.price_of(Setup(setup))
+    assert record.total == pytest.approx(sum(each))
     assert record.rings + record.sensors == pytest.approx(record.total)
     assert record.rings == pytest.approx(ring * len(new))
     assert prices.text(sum(each)) in price_line(scene, Setup(setup))
@@ -74,12 +73,12 @@ def test_a_sensor_of_ones_own_has_a_price_by_its_name(tmp_path):
     scene = read_scene(tmp_path / "scene.toml")
     assert scene.prices.of_sensor(scene.sensor) == 7
     assert scene.prices.of_sensor(Sensor()) == 1
-    assert scene.price_of(Setup((Ring("forearm", 0.5, 5, sensor=scene.sensor),))) == 35
+    assert scene.price_of(Setup((Ring("forearm", 0.5, 5, sensor=scene.sensor),))).total == 35
 
 
 def test_a_scene_without_prices_has_none():
     scene, setup = Scene(), Setup((Ring("forearm", 0.5, 5),))
-    assert scene.price_of(setup) is price_line(scene, setup) is PriceModel.of(scene, setup) is None
+    assert scene.price_of(setup) is price_line(scene, setup) is None
     assert pr.verify("n1_8_0", pr.Scene(), voxel=0.1).price is None
 
 

@@ -71,7 +71,7 @@ def test_bounds_are_kept(scene, found):
 def test_value_is_the_verifiers(scene, found):
     assert found.exact == pytest.approx(Verifier(scene, 0.05).judge(found.setup)[1], abs=1e-12)
     assert found.outcome is Outcome.FINISHED
-    assert found.statistics.starts == 4
+    assert found.starts == 4
     assert found.sampled == pytest.approx(found.exact, abs=0.05)
 
 
@@ -98,8 +98,8 @@ def test_same_seed_same_answer(scene, found):
 def test_effort_multiplies_the_candidates(scene, found, effort):
     space = Space(scene, ring_layout(scene, 2, 6))
     other = search(space, seed=3, schedule=SHORT, voxel=0.05, effort=effort)
-    usual, known = found.statistics.starts, 3  # layouts of the paper always start
-    assert other.statistics.starts == max(round(effort * usual), known)
+    usual, known = found.starts, 3  # layouts of the paper always start
+    assert other.starts == max(round(effort * usual), known)
     assert other.sampled is not None
     assert other.setup.sensors == found.setup.sensors
 
@@ -126,9 +126,8 @@ def test_a_time_cap_in_the_first_round_still_gives_an_answer():
     capped = search(Space(scene, sensors=24), cap=1e-6, voxel=0.05)
     assert capped.outcome is Outcome.TIME
     assert capped.sampled == pytest.approx(capped.exact, abs=0.02)
-    spent = capped.statistics
-    assert 0 < spent.start_up < spent.seconds
-    assert 0 < capped.counting < spent.seconds
+    assert 0 < capped.start_up < capped.seconds
+    assert 0 < capped.counting < capped.seconds
 
 
 def test_a_time_cap_ends_an_exchange_after_a_ring(monkeypatch):

@@ -3,7 +3,6 @@ coverage, and the best of several random seeds."""
 
 import json
 import math
-from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -24,7 +23,7 @@ from place_rings.placement.search import exchange_points
 from place_rings.placement.search import search as searching
 from place_rings.placement.search import several_searches as several
 from place_rings.placement.search.exchange_points import Fields
-from place_rings.placement.search.progress import Outcome, Progress, Statistics
+from place_rings.placement.search.progress import Outcome, Progress
 from place_rings.placement.search.result import SearchResult
 from place_rings.placement.search.schedule import Round, judging_points
 from place_rings.placement.search.several_searches import repeated_search
@@ -39,6 +38,11 @@ LARGE = Scene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, 16)))
 FREE = Scene(occlusion="ignore", rules=Rules(mount="free", sensors=(3, 16)))
 
 
+def result_of(setup, exact, **more):
+    stated = {"outcome": Outcome.FINISHED, "seed": 0, "starts": 1, "seconds": 1.0} | more
+    return SearchResult(setup=setup, exact=exact, **stated)
+
+
 @pytest.fixture(scope="module")
 def sensors():
     return fewest_sensors(SCENE, 50.0, seed=1, schedule=QUICK, voxel=0.05)
@@ -50,10 +54,11 @@ def test_the_answer_reaches_what_was_wanted_and_is_the_fewest_of_those_tried(sen
     assert result.exact >= 0.5
     assert Verifier(SCENE, 0.05).judge(result.setup) == (0.0, result.exact)
     assert all(4 <= ring.count <= 16 for ring in result.setup.rings)
-    assert sensors.tried[best] == (result.exact, True)
-    assert all(ok == (exact >= 0.5) for exact, ok in sensors.tried.values())
-    assert not any(ok for n, (_, ok) in sensors.tried.items() if n < best)
-    assert best - 1 in sensors.tried
+    assert all(t.reached == (t.exact >= 0.5) for t in sensors.tried)
+    fewest = [t.sensors for t in sensors.tried].index(best)
+    assert sensors.tried[fewest].exact == result.exact
+    assert [t.reached for t in sensors.tried[: fewest + 1]] == [False] * fewest + [True]
+    assert sensors.tried[fewest - 1].sensors == best - 1
 
 
 def test_same_seed_same_sensors(sensors):
@@ -94,7 +99,7 @@ def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
 
     def known(space, *_):
         exact = 1 - math.exp(-space.sensors / 60)
-        return SearchResult(Setup(()), exact, exact, 0.0, Outcome.FINISHED, Statistics(1, 0.0))
+        return result_of(Setup(()), exact)
 
     def can(n):
         try:
@@ -106,7 +111,7 @@ def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
         patch.setattr(several, "search", known)
         found = fewest_sensors(scene, 100 * wanted)
     least_that_would_do = math.ceil(-60 * math.log(1 - wanted) - 1e-9)
-    best = min((n for n, (_, ok) in found.tried.items() if ok), default=400)
+    best = min((t.sensors for t in found.tried if t.reached), default=400)
     assert found.reached == (best < 400)
     assert found.reached == (found.result.exact >= 100 * wanted / 100)
     assert not any(can(n) for n in range(max(least_that_would_do, 1), best))
@@ -125,7 +130,7 @@ def test_time_that_is_over_between_two_searches_is_said(monkeypatch):
     assert len(found.tried) == 2
     assert found.result.outcome is Outcome.TIME
     found = fewest_rings(FREE, 20, time=15.0, schedule=QUICK)
-    assert [*found.tried] == [3, 5]
+    assert [t.rings for t in found.tried] == [3, 5]
     assert (found.result.outcome, found.conclusive) == (Outcome.TIME, False)
 
 
@@ -136,19 +141,21 @@ def rings():
 
 def test_each_setup_has_its_number_of_rings_and_all_sensors(rings):
     verifier = Verifier(FREE, 0.05)
-    for number, result in rings.tried.items():
+    for number, result in rings.results.items():
         assert len(result.setup.rings) == number
         assert result.setup.sensors == 30
         assert verifier.judge(result.setup) == (result.short, result.exact)
 
 
 def test_the_answer_is_within_the_margin_and_one_ring_fewer_is_not(rings):
-    best, fewest = max(r.exact for r in rings.tried.values()), len(rings.result.setup.rings)
+    best, fewest = max(r.exact for r in rings.tried), len(rings.result.setup.rings)
     assert rings.best.exact == best
     assert rings.result.exact >= best - 0.03
-    assert fewest - 1 in rings.tried or (fewest - 1) * 16 < 30
-    assert all(rings.tried[n].exact < best - 0.03 for n in rings.tried if n < fewest)
-    assert [*rings.tried] == sorted(rings.tried)
+    fewer = [t.rings for t in rings.tried if t.rings < fewest]
+    assert fewest - 1 in fewer or (fewest - 1) * 16 < 30
+    assert all(t.exact < best - 0.03 for t in rings.tried if t.rings < fewest)
+    assert [t.within for t in rings.tried if t.rings <= fewest] == [False] * len(fewer) + [True]
+    assert fewer == sorted(fewer)
     assert rings.conclusive
 
 
@@ -161,9 +168,8 @@ def test_same_seed_same_rings_by_points_that_are_drawn_once(rings, monkeypatch):
 
     monkeypatch.setattr(exchange_points, "TargetPoints", counted)
     again = fewest_rings(FREE, 30, within=3.0, seed=1, schedule=QUICK, voxel=0.05)
-    assert [(n, r.setup) for n, r in again.tried.items()] == [
-        (n, r.setup) for n, r in rings.tried.items()
-    ]
+    assert [r.setup for r in again.results.values()] == [r.setup for r in rings.results.values()]
+    assert [t.rings for t in again.tried] == [t.rings for t in rings.tried]
     assert len(again.tried) > 1
     assert len(drawn) == 1
 
@@ -176,9 +182,9 @@ def test_a_search_with_the_points_of_another_is_the_same_search():
     assert (shared.setup, shared.exact, shared.sampled) == (own.setup, own.exact, own.sampled)
 
 
-def _result(rings: int, exact: float, outcome: Outcome = Outcome.FINISHED) -> SearchResult:
+def _result(rings: int, exact: float, outcome: Outcome = Outcome.FINISHED, seconds=0.0):
     setup = Setup(tuple(Ring("forearm", 0.05 * i, 3) for i in range(rings)))
-    return SearchResult(setup, exact, exact, 0.0, outcome, Statistics(1, 0.0))
+    return result_of(setup, exact, outcome=outcome, seconds=seconds)
 
 
 @settings(max_examples=40)
@@ -200,11 +206,11 @@ def test_one_ring_fewer_than_the_answer_falls_short(values, within, most, each):
         patch.setattr(several, "search", known)
         sensors = len(values) * min(each, most)
         found = fewest_rings(scene, sensors, within=100 * within, schedule=QUICK)
-    best, rings = max(r.exact for r in found.tried.values()), len(found.result.setup.rings)
+    best, rings = max(r.exact for r in found.tried), len(found.result.setup.rings)
     assert found.result.exact == values[rings - 1] >= best - found.within
     assert found.conclusive
     if rings > math.ceil(sensors / most):  # fewer can hold the sensors
-        assert found.tried[rings - 1].exact < best - found.within
+        assert found.results[rings - 1].exact < best - found.within
     assert len(asked) == len(set(asked))
     if values == sorted(values):  # bisection
         assert len(asked) <= 1 + len(values).bit_length()
@@ -243,8 +249,8 @@ def test_under_a_limit_the_answer_is_true_or_says_that_it_was_cut(most, once, ea
         caps.append(cap)
         done = cap >= needed
         value = 0.9 if rings >= true else 0.5
-        result = _result(rings, value if done else 0.3, Outcome.FINISHED if done else Outcome.TIME)
-        return replace(result, statistics=Statistics(1, spent))
+        outcome = Outcome.FINISHED if done else Outcome.TIME
+        return _result(rings, value if done else 0.3, outcome, spent)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(several, "search", timed)
@@ -255,7 +261,7 @@ def test_under_a_limit_the_answer_is_true_or_says_that_it_was_cut(most, once, ea
     assert caps[0] == limit / 2
     if found.conclusive:
         assert answer == true
-        assert found.result.outcome is Outcome.FINISHED or found.tried[answer].exact == 0.9
+        assert found.result.outcome is Outcome.FINISHED or found.results[answer].exact == 0.9
     else:
         assert found.result.outcome is Outcome.TIME
     steps = math.ceil(math.log2(most)) if most > 1 else 0
@@ -263,12 +269,8 @@ def test_under_a_limit_the_answer_is_true_or_says_that_it_was_cut(most, once, ea
         assert found.conclusive
 
 
-SPENT = Statistics(1, 1.0)
-
-
 def answer(seed, exact, short=0.0, outcome=Outcome.FINISHED, voxel=0.01):
-    """A result that its soft value tells from others."""
-    return SearchResult(None, float(seed), exact, short, outcome, SPENT, voxel)
+    return result_of(None, exact, seed=seed, short=short, outcome=outcome, voxel=voxel)
 
 
 @given(
@@ -303,8 +305,8 @@ def test_the_best_is_kept_and_all_are_told(seed, values):
     least = min(short for _, short in values)
     exact = max(exact for exact, short in values if short == least)
     assert (found.result.short, found.result.exact) == (least, exact)
-    assert found.result.sampled == found.seed
-    assert found.tried[found.seed] == found.result
+    assert found.tried[found.result.seed] == found.result
+    assert [t.seed for t in found.records if t.best] == [found.result.seed]
 
 
 @pytest.mark.parametrize("outcome", [Outcome.INTERRUPTED, Outcome.TIME])
@@ -312,7 +314,7 @@ def test_a_stop_ends_all_searches_and_a_rough_count_does_not_win(outcome):
     results = [answer(0, 0.5), answer(1, 0.9, 0.0, outcome, 0.04), answer(2, 1.0)]
     found = repeated_search(lambda o, _: results[o.seed], *questioned(SCENE, searches=3))
     assert list(found.tried) == [0, 1]
-    assert (found.seed, found.result.exact, found.result.outcome) == (0, 0.5, outcome)
+    assert (found.result.seed, found.result.exact, found.result.outcome) == (0, 0.5, outcome)
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt(), InfeasibleError("all collide")])

@@ -31,7 +31,7 @@ MAY = {
     "placement": BASE,
     "simulation": BASE,
     "formats": BASE | {"placement"},
-    "reporting": SHARED - {"placement", "reporting"},
+    "reporting": SHARED - {"reporting"},
     "viewer": SHARED,
     "studies": SHARED,
     "rig": SHARED - {"placement"},

@@ -49,7 +49,7 @@ def test_every_case_has_a_bound_and_unknown_ones_a_search(tmp_path, monkeypatch)
 
 
 def test_the_task_returns_the_bound_with_its_parts(monkeypatch):
-    fixed = CoverageBound(0.5, (TermBound(0, 0, 0.5, 1.0),), 1.0)
+    fixed = CoverageBound(0.5, terms=(TermBound("V_OT", 0, 0.5, 0.5, 1.0),))
     monkeypatch.setattr("place_rings.studies.gap.study.upper_bound", lambda *_: fixed)
     row = bound({"targets": [{"name": "V_OT"}]}, 48)
     assert row.pop("seconds") < 60
