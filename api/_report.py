@@ -82,9 +82,8 @@ def write_report(
     """
     from .reporting.pages import html
     from .reporting.pdf import find_browser, write_pdf
-    from .reporting.setup_report.cover import Identity, heading
     from .reporting.setup_report.facts import gather
-    from .reporting.setup_report.report_page import page
+    from .reporting.setup_report.report_page import Identity, heading, page
 
     name, placed, core = resolve_setup(setup, scene)
     check_scene(core, options.voxel)
@@ -126,14 +125,14 @@ def _draw(facts: "Facts", folder: Path) -> None:
     from .reporting.placement_picture import placement_picture
     from .reporting.setup_report.blind_spot_picture import blind_picture
     from .reporting.setup_report.blind_spot_section import blind_name
-    from .reporting.setup_report.cover import PICTURE
     from .reporting.setup_report.definition_picture import definition_picture
-    from .reporting.setup_report.definition_section import SECTION
     from .reporting.setup_report.mounting_drawing import (
         drawing_name,
         mounting_drawing,
         ringed_links,
     )
+    from .reporting.setup_report.report_page import PICTURE
+    from .reporting.setup_report.scene_section import SECTION
     from .reporting.tables import result_caption
 
     scene, setup = facts.scene, facts.setup

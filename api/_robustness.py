@@ -40,7 +40,7 @@ class RobustnessReport(Placement):
         return [f"{r.target}: {100 * r.zeta:.1f} % covered" for r in self.records]
 
     def rows(self) -> Iterable[Sequence[str]]:
-        from .reporting.robustness import robustness_rows
+        from .reporting.tables import robustness_rows
 
         for r in self.records:
             yield "target", str(r.target)

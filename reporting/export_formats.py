@@ -10,8 +10,7 @@ from ..formats.export.placed import PlacedSetup
 from ..formats.export.ros2 import ros2
 from ..formats.export.sensor_tables import csv, json
 from ..formats.export.srdf import srdf
-from ..formats.export.urdf import urdf
-from ..formats.export.xacro import xacro
+from ..formats.export.urdf import urdf, xacro
 from ..formats.firmware.wiring import plan_setup
 
 Files = Mapping[str, bytes]  # contents by file name

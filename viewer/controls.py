@@ -7,7 +7,7 @@ import viser
 from ..coverage.definitions.escaping import printable
 from ..coverage.rings.ring import Setup
 from . import html as words
-from .control_values import set_value
+from .browser import set_value
 from .drawn_parts import DrawnParts
 from .ring_controls import RingControls
 from .session import ViewerSession

@@ -1,10 +1,11 @@
 """Drawing of a setup in a scene: named arrays with colours, for the browser and for tests."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Group, Ring, Setup, setup_of_group
@@ -28,11 +29,54 @@ from ..reporting.rendering.meshes import (
 from ..reporting.rendering.obstacles import sharp_edges
 from ..reporting.rendering.surface import Surface
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, WARNING, link_colours
-from .drawn_items import Dots, DrawnMesh, Edges, Item
 from .drawn_parts import DrawnParts, shown_cones
 from .quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
 from .robot_surface import Skin
 from .triangle_meshes import beams, bodies, chips, grid, outline
+
+
+@dataclass(frozen=True)
+class DrawnMesh:
+    """A triangle mesh."""
+
+    vertices: Float[np.ndarray, "V 3"]
+    """Vertices, m."""
+    faces: Int[np.ndarray, "T 3"]
+    """Vertex indices of the triangles."""
+    colour: str
+    """Colour as ``#rrggbb``."""
+    opacity: float = 1.0
+    """Opacity in [0, 1]."""
+    ring: int | None = None
+    """Index of the ring or single sensor that a click on the mesh selects, or None."""
+
+
+@dataclass(frozen=True)
+class Dots:
+    """Points of one colour."""
+
+    points: Float[np.ndarray, "N 3"]
+    """Positions, m."""
+    colour: str
+    """Colour as ``#rrggbb``."""
+    size: float
+    """Size of a point, m."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Lines of one colour."""
+
+    ends: Float[np.ndarray, "E 2 3"]
+    """End points, m."""
+    colour: str
+    """Colour as ``#rrggbb``."""
+    width: float
+    """Width on the screen, pixels."""
+
+
+Item = DrawnMesh | Dots | Edges
+
 
 _FLOOR = grid(2.0, 0.5)
 BASE_AXES: Float[np.ndarray, "3 2 3"] = np.stack([np.zeros((3, 3)), np.eye(3)], axis=1)

@@ -8,7 +8,7 @@ from functools import partial
 
 from ..coverage.definitions.errors import UserError
 from . import html as words
-from .control_values import set_value
+from .browser import set_value
 from .controls import Controls
 
 _WAITING = 0.2  # s, interval at which a waiting job checks whether it is stopped

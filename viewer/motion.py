@@ -15,7 +15,7 @@ from ..reporting.rendering.meshes import band, capsule, faces_of, faces_within, 
 from ..reporting.rendering.surface import Surface
 from .camera import ASPECT, VIEWS, fitted
 from .colours import CURVE, FLOOR, OBSTACLE, ROBOT, link_colours
-from .drawn_items import DrawnMesh, Edges, Item
+from .drawing import DrawnMesh, Edges, Item
 from .triangle_meshes import grid
 
 TENTH = 0.1

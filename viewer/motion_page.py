@@ -10,13 +10,11 @@ import viser.transforms
 from ..coverage.definitions.escaping import printable
 from ..coverage.robots.robot import BASE
 from . import html as words
-from .browser_page import BrowserPage
+from .browser import BrowserPage, closing, set_value
 from .camera import VIEWS, FittedCamera
-from .closing import closing
-from .control_values import set_value
 from .motion import TENTH, Clock, MotionSession
 from .scene_graph import Ray, SceneGraph
-from .user_actions import UserActions
+from .worker import UserActions
 
 _PERIOD = 0.05  # s between two pictures
 _PATIENCE = 2.0  # s for the thread to end

@@ -14,9 +14,8 @@ import viser
 
 from ..coverage.definitions.errors import UserError
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
-from .browser_page import BrowserPage
+from .browser import BrowserPage, closing
 from .camera import START, VIEWS, FittedCamera
-from .closing import closing
 from .controls import STEPS, Controls
 from .cut import BEHIND, CUTS, NONE, facing
 from .drawn_parts import SHOWN_CONES
@@ -24,8 +23,7 @@ from .link_state import read_query
 from .long_task import LongTask
 from .page_drawing import PageDrawing
 from .page_edits import PageEdits, finite
-from .page_files import PageFiles
-from .page_state import GuardedState, PageState
+from .page_state import PageState
 from .page_tasks import PageTasks
 from .playback import Player
 from .ring_controls import RingControls
@@ -33,8 +31,8 @@ from .ring_handles import RingHandles
 from .scene_graph import Ray, SceneGraph
 from .sensor_report import nearest_sensor
 from .session import ViewerSession
-from .user_actions import UserActions
 from .view_controls import SHOWN_KINDS, ViewControls
+from .worker import UserActions
 
 
 class Page:
@@ -45,7 +43,7 @@ class Page:
         self._client, self._room = client, room
         self._closed = False
         self.state = PageState.of(room.scene, {str(t): t for t in room.targets}, room.setups)
-        self._guarded, self._actions = GuardedState(self.state), UserActions()
+        self._actions = UserActions()
         stages = [
             SceneGraph(
                 client.scene, f"/setup{i}", place, partial(self._actions.do, self._clicked, i)
@@ -57,15 +55,12 @@ class Page:
         self.controls = Controls(client.gui, room, list(room.setups))
         self.camera, self._browser = FittedCamera(client), BrowserPage(client)
         self._work = LongTask(self.controls, room.turn)
-        files = PageFiles(client, room.out, self.controls, self._work)
         handles = RingHandles(client.scene, partial(self._actions.do, self._dragged))
         self._player = Player(len(room.scene.poses), self._go, self._playing)
         parts = self.controls, stages, handles, self.camera, self._browser
-        self._drawing = PageDrawing(client, room, *parts, self._guarded.snapshot, self._attempt)
-        self._edits = PageEdits(self._guarded, room, self.controls, self._show)
-        self._tasks = PageTasks(
-            self._guarded, room, self.controls, self._work, files, self._drawing, self._show
-        )
+        self._drawing = PageDrawing(client, room, *parts, self.state.snapshot, self._attempt)
+        self._edits = PageEdits(self.state, room, self.controls, self._show)
+        self._tasks = PageTasks(client, self.state, room, self.controls, self._work, self._drawing)
         self._connect()
         self._look(START)
         self._drawing.then(self._opened)
@@ -140,7 +135,7 @@ class Page:
 
         def act() -> None:
             link = read_query(query)
-            with self._guarded.held() as state:
+            with self.state.held() as state:
                 state.open(replace(link, dark=dark if link.dark is None else link.dark))
             if link.target is not None or link.view is not None:
                 self._look(link.view if link.view in VIEWS else START)
@@ -172,7 +167,7 @@ class Page:
         """Select the ring, and the sensor nearest to the click."""
 
         def act() -> None:
-            with self._guarded.held() as state:
+            with self.state.held() as state:
                 state.active = setup
                 group = state.setups[setup].groups[ring]
             apexes = self._room.drawing.apexes(group, self.state.choice.pose)
@@ -184,17 +179,17 @@ class Page:
         self._attempt(self._edits.drag, position, phase)
 
     def _activate(self, label: str) -> None:
-        with self._guarded.held() as state:
+        with self.state.held() as state:
             state.active = self.controls.setup_number(label)
         self._choose(ring=0)
 
     def _choose(self, **what: Any) -> None:
-        with self._guarded.held() as state:
+        with self.state.held() as state:
             state.choose(**what)
         self._show()
 
     def _set(self, **what: Any) -> None:
-        with self._guarded.held() as state:
+        with self.state.held() as state:
             for key, value in what.items():
                 setattr(state, key, value)
         self._show()
@@ -218,7 +213,7 @@ class Page:
         """Look from a standard view."""
         choice = self.state.choice
         start = self._room.start_direction(choice.pose)
-        with self._guarded.held() as state:
+        with self.state.held() as state:
             state.view = view if view in VIEWS else None
         self.camera.show(self._room.extent(choice), VIEWS.get(view, start))
         self._show()

@@ -15,10 +15,8 @@ from ..coverage.rings.ring import Ring, Setup
 from ..coverage.robots.base_frame import frame_text
 from ..objectives.dark_clothing import in_dark_clothing
 from . import html as words
-from .browser_page import BrowserPage
+from .browser import BrowserPage, closing, set_value
 from .camera import FittedCamera
-from .closing import closing
-from .control_values import set_value
 from .controls import Controls
 from .cut import Cut, cut_of
 from .drawing import BASE_AXES

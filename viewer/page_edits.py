@@ -4,11 +4,11 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from .control_values import set_value
+from .browser import set_value
 from .controls import STEPS, UNDO, Controls
 from .edited_setup import EditedSetup
 from .history import Version
-from .page_state import GuardedState
+from .page_state import PageState
 from .ring_controls import NO_PRESET, POSITIONS
 from .session import ViewerSession
 
@@ -18,7 +18,7 @@ class PageEdits:
 
     def __init__(
         self,
-        guarded: GuardedState,
+        state: PageState,
         room: ViewerSession,
         controls: Controls,
         show: Callable[[], None],
@@ -26,12 +26,12 @@ class PageEdits:
         """Take over the page's state.
 
         Args:
-            guarded: the state.
+            state: the state.
             room: what all pages share.
             controls: of the page.
             show: shows the newest state.
         """
-        self._guarded, self._room, self._controls, self._show = guarded, room, controls, show
+        self._state, self._room, self._controls, self._show = state, room, controls, show
 
     def edit(
         self,
@@ -40,19 +40,19 @@ class PageEdits:
         control: Any = None,
     ) -> None:
         """Change the setup; see ``PageState.edit``."""
-        with self._guarded.held() as state:
+        with self._state.held() as state:
             state.edit(edit, last, control)
         self._show()
 
     def change(self, **what: Any) -> None:
         """Change the selected ring."""
-        with self._guarded.held() as state:
+        with self._state.held() as state:
             ring = state.choice.ring
         self.edit(lambda draft: draft.changed(ring, **what), control=(ring, *what))
 
     def move_along(self, value: Any) -> None:
         """Move the selected ring to a place in mm along its link."""
-        with self._guarded.held() as state:
+        with self._state.held() as state:
             ring = state.history.now.setup.rings[state.choice.ring]
         length = 1000 * self._room.scene.robot.mount(ring.link).length
         self.change(position=finite(value) / length if length > 0 else 0.0)
@@ -66,7 +66,7 @@ class PageEdits:
 
     def relink(self, label: str) -> None:
         """Move the selected ring to a link; of a single sensor it is the link for a new ring."""
-        with self._guarded.held() as state:
+        with self._state.held() as state:
             rings, ring = len(state.history.now.setup.rings), state.choice.ring
         if ring < rings:
             self.change(link=self._controls.rings.link_named(label))
@@ -74,7 +74,7 @@ class PageEdits:
     def move(self, key: str, value: float) -> None:
         """Change one number of the selected single sensor's pose."""
         number = float(value) / (1000.0 if key in POSITIONS else 1.0)
-        with self._guarded.held() as state:
+        with self._state.held() as state:
             ring = state.choice.ring
         self.edit(lambda draft: draft.moved(ring, **{key: number}), control=(ring, key))
 
@@ -85,13 +85,13 @@ class PageEdits:
 
     def remove(self) -> None:
         """Remove the selected ring or single sensor."""
-        with self._guarded.held() as state:
+        with self._state.held() as state:
             ring = state.choice.ring
         self.edit(lambda draft: draft.removed(ring))
 
     def as_opened(self) -> None:
         """Replace the setup by the one that was opened."""
-        with self._guarded.held() as state:
+        with self._state.held() as state:
             state.replaced(state.history.opened)
         self._show()
 
@@ -99,7 +99,7 @@ class PageEdits:
         """Replace the rings by those of a layout of the paper."""
         if name == NO_PRESET:
             return
-        with self._guarded.held() as state:
+        with self._state.held() as state:
             state.replaced(Version(self._room.presets[name], name))
         set_value(self._controls.rings.preset, NO_PRESET)
         self._show()
@@ -112,7 +112,7 @@ class PageEdits:
         """
         if label not in STEPS:
             raise ValueError(f"found {label!r}, allowed: {', '.join(STEPS)}")
-        with self._guarded.held() as state:
+        with self._state.held() as state:
             state.step(label == UNDO)
         self._show()
 

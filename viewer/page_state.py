@@ -4,7 +4,7 @@ its lock, as callbacks come from several threads."""
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
@@ -20,7 +20,7 @@ from .link_state import LinkState, ring_values
 
 @dataclass
 class PageState:
-    """The state of one page; the page holds a lock while it changes."""
+    """The state of one page, which one thread at a time reads or changes."""
 
     scene: Scene
     """The scene."""
@@ -42,6 +42,18 @@ class PageState:
     """Whether the selected ring has handles."""
     view: str | None = None
     """Standard view that was chosen last, or None."""
+    _lock: threading.RLock = field(default_factory=threading.RLock, repr=False, compare=False)
+
+    @contextmanager
+    def held(self) -> Iterator["PageState"]:
+        """Hold the lock, for changes and for several values of one moment; yield the state."""
+        with self._lock:
+            yield self
+
+    def snapshot(self) -> "PageState":
+        """Return a copy that later changes leave as it is."""
+        with self._lock:
+            return replace(self, histories=[history.frozen() for history in self.histories])
 
     @staticmethod
     def of(scene: Scene, targets: Mapping[str, Target], setups: Mapping[str, Setup]) -> "PageState":
@@ -168,24 +180,3 @@ class PageState:
             self.edit(lambda draft: draft.arranged(rings))
         self.choose(**what)
         self.dark = self.dark if link.dark is None else link.dark
-
-
-class GuardedState:
-    """The state of one page, which one thread at a time reads or changes."""
-
-    def __init__(self, state: PageState) -> None:
-        self._lock = threading.RLock()
-        self.state = state
-        """The state; for changes, and for several values of one moment, see ``held``."""
-
-    @contextmanager
-    def held(self) -> Iterator[PageState]:
-        """Hold the lock, and yield the state."""
-        with self._lock:
-            yield self.state
-
-    def snapshot(self) -> PageState:
-        """Return a copy that later changes leave as it is."""
-        with self._lock:
-            histories = [history.frozen() for history in self.state.histories]
-            return replace(self.state, histories=histories)

@@ -8,7 +8,7 @@ import viser
 from ..coverage.definitions.escaping import printable
 from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Ring, Setup
-from .control_values import labelled, set_value
+from .browser import labelled, set_value
 from .edited_setup import MOST_SENSORS, STEEPEST_DEG
 from .session import ViewerSession
 from .single_pose import SinglePose

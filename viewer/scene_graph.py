@@ -7,7 +7,7 @@ import numpy as np
 import viser
 
 from .colours import on_page, rgb
-from .drawn_items import Dots, DrawnMesh, Edges, Item
+from .drawing import Dots, DrawnMesh, Edges, Item
 
 # origin, m, and direction of a click's ray, in the frame of the setup
 Ray = tuple[np.ndarray, np.ndarray]

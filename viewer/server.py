@@ -14,15 +14,14 @@ from functools import partial
 import viser
 
 from ..coverage.definitions.errors import UserError, shown
+from .browser import closing, keep_awake
 from .camera import FOV
-from .closing import closing
 from .connection_guard import ConnectionGuard, guarding
 from .motion import MotionSession
 from .motion_page import MotionPage
 from .options import LOOPBACK
 from .page import Page
 from .session import ViewerSession
-from .wake_up import keep_awake
 
 _HOST = re.compile(r"([a-z0-9.-]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?", re.IGNORECASE)
 

@@ -33,8 +33,7 @@ def robustness(
 
     from ...coverage.definitions.definition import json_of
     from ...reporting.progress import late_progress
-    from ...reporting.robustness import lines, robustness_table
-    from ...reporting.tables import target_label
+    from ...reporting.tables import losses_line, robustness_table, target_label
     from ...reporting.terminal import Terminal, say_json
 
     resolved = SubjectOptions(place, mounted=mounted).resolved(subject)
@@ -57,4 +56,4 @@ def robustness(
     console = Terminal()
     console.print(robustness_table(results))
     for r in results:
-        console.print(f"{target_label(r)}: {lines(r)}", soft_wrap=True, highlight=False)
+        console.print(f"{target_label(r)}: {losses_line(r)}", soft_wrap=True, highlight=False)

@@ -14,6 +14,7 @@ from ...coverage.robots.robot import BASE, Robot
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.polyhedra import Polyhedron, box_of
 from ..robots.urdf import LARGEST
+from ..robots.urdf_matching import ROS_NAME
 from ..robots.urdf_model import Urdf
 from ..robots.xml_text import bounded_bytes, plain_xml
 from ..sensors.sensor_frames import looking_along
@@ -228,3 +229,32 @@ def _turn_to(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
     x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(axis, x), axis], axis=1)
+
+
+_NAMESPACE = "http://www.ros.org/wiki/xacro"
+_MACRO = "place_rings_sensors"
+ET.register_namespace("xacro", _NAMESPACE)
+
+
+def xacro(placed: PlacedSetup) -> dict[str, bytes]:
+    """Return ``sensors.xacro``. The parameter ``link_of_J`` names the link that joint J moves;
+    links have the frames of their joints.
+
+    Raises:
+        UserError: if the user's URDF lacks the robot's chain.
+    """
+    carrying = sorted({placed.on_link(s)[0] for s in placed.sensors})
+    joints = {BASE: "base", **dict(enumerate(placed.joint_names))}
+    names = {j: f"link_of_{joints[j]}" for j in carrying}
+    links = {name: placed.carrier(j) for j, name in names.items()}
+    params = [
+        f"{name}:={link}" if ROS_NAME.fullmatch(link) else name for name, link in links.items()
+    ]
+    root = ET.Element("robot")
+    macro = ET.SubElement(
+        root, f"{{{_NAMESPACE}}}macro", name=_MACRO, params=" ".join(["prefix:=''", *params])
+    )
+    for s in placed.sensors:
+        j, T = placed.on_link(s)
+        add_sensor(macro, f"${{prefix}}{s.name}", f"${{{names[j]}}}", T)
+    return {"sensors.xacro": document(root)}

@@ -4,6 +4,7 @@ printed rings, and data rates.
 
 import math
 from collections import Counter
+from dataclasses import dataclass, field
 
 from ...coverage.electronics.drivers import supply_of
 from ...coverage.electronics.electronics import readings_hz
@@ -13,13 +14,17 @@ from ...coverage.sensors.effective_range import model_of
 from ...coverage.sensors.sensor import Sensor
 from ...formats.firmware.cabling import cable_run
 from ...formats.firmware.wiring import FEED_V, RingWiring
+from ...formats.printing.bolts import fasteners
+from ...formats.printing.payload import PLASTIC
+from ...formats.printing.print_checks import read_stl
+from ...formats.printing.print_files import board_screws, print_ring
+from ...formats.printing.print_plan import MM, UnbuildableError
 from ...formats.ring_frame import MOST_ZONES, Grid, frame_length
 from ...objectives.scene import Scene
 from ..pages import escaped, table
 from ..text import counted
 from .cable_section import arm_power, bus_cable, wirings
 from .directions import plain
-from .printed_parts import DENSITY, printed_parts
 
 UNKNOWN = "not known"
 
@@ -229,3 +234,45 @@ def _total(scene: Scene, setup: Setup, wired: list[RingWiring | None]) -> str:
     second = sum(n * hz for n, hz in zip(each, rates, strict=True))
     bytes_ = sum(n * hz for (_, n), hz in zip(sent, rates, strict=True))
     return f"{second:,.0f} distances and {bytes_:,.0f} bytes per second"
+
+
+DENSITY = PLASTIC / 1000  # g/cm³
+
+
+@dataclass
+class PrintedParts:
+    """Parts of all printed rings of a setup."""
+
+    hardware: Counter[str] = field(default_factory=Counter)
+    """Number of bolts and screws by their text."""
+    grams: float = 0.0
+    """Mass of the rings and lids if they are printed solid, g."""
+    lids: int = 0
+    """Number of lids of the rings' boards."""
+    rings: int = 0
+    """Number of rings that can be printed."""
+    reasons: list[str] = field(default_factory=list)
+    """Why each other ring cannot be printed."""
+
+
+def printed_parts(scene: Scene, setup: Setup) -> PrintedParts:
+    """Return the parts of all rings of a setup that can be printed."""
+    parts = PrintedParts()
+    for number, ring in enumerate(setup.rings):
+        try:
+            record, files, plan, _ = print_ring(scene, number, ring)
+        except UnbuildableError as error:
+            parts.reasons.append(str(error))
+            continue
+        volumes = [float(read_stl(file).volume) for file in files]
+        if record.lids:  # whose file is the last
+            volumes[-1] *= record.lids.copies
+            parts.lids += record.lids.copies
+        parts.grams += DENSITY * sum(volumes) / MM
+        parts.rings += 1
+        for kind in fasteners(plan):
+            parts.hardware[f"{kind} (to close the rings)"] += len(plan.joints)
+        if screws := board_screws(plan):
+            held = "boards and lids" if record.lids else "boards"
+            parts.hardware[f"{screws[1]} (for the {held})"] += screws[0]
+    return parts

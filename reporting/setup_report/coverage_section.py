@@ -6,13 +6,14 @@ from ...coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..lines.occlusion import ASSUMPTIONS, part_lines, scene_lines, unseeing_lines
 from ..lines.results import protective_lines, record_lines
 from ..pages import escaped, table
-from ..robustness import lines, robustness_rows
 from ..tables import (
     DARK,
     count_error_line,
     dark_columns,
+    losses_line,
     percent,
     percent_under,
+    robustness_rows,
     target_label,
 )
 from ..text import counted, listed
@@ -130,6 +131,6 @@ def robustness_section(f: Facts) -> Iterator[str]:
     labels = [target_label(r) for r in f.robust]
     yield table(["", *labels], robustness_rows(f.robust), right=range(1, len(labels) + 1))
     for r in f.robust:
-        told, _, _ = lines(r).rpartition(";")
+        told, _, _ = losses_line(r).rpartition(";")
         yield f"- {target_label(r)}: {escaped(told)}."
     yield ""

@@ -9,6 +9,7 @@ from ..lines.occlusion import ASSUMPTIONS
 from ..lines.results import calibration_lines
 from ..lines.scene import record_line
 from ..pages import escaped
+from ..tables import percent, target_label
 from ..text import counted, listed
 from .facts import Facts
 
@@ -61,3 +62,65 @@ def _obstacles(scene: Scene) -> str:
         if names
         else "the cell has no obstacles"
     )
+
+
+SECTION = "section.png"
+_CONNECTED = "is connected to the robot past the obstacles"
+
+
+def definition_section(f: Facts) -> Iterator[str]:
+    """Yield what coverage is, with the numbers of this setup."""
+    yield "## What coverage means\n"
+    yield (
+        "The coverage ζ of a target is the part of its volume that at least one sensor sees, in"
+        " percent: ζ = covered volume ÷ volume of the target. A point is covered if it lies in the"
+        f" beam of a sensor; {ASSUMPTIONS[f.scene.occlusion]}. The volume is counted in small cubes"
+        f" (voxels) of {100 * f.voxel:g} cm; a cube counts as covered if a point drawn in it is.\n"
+    )
+    poses = len(f.scene.poses)
+    for goal, r in zip(f.scene.targets, f.own, strict=True):
+        volumes = ""
+        if poses == 1 and goal.target.importance is None and r.target_voxels:
+            seen, whole = ((n or 0) * f.voxel**3 for n in (r.covered_voxels, r.target_voxels))
+            volumes = f"{seen:.4f} m³ ÷ {whole:.4f} m³ = "
+        mean = f", the mean over {poses} poses" if poses > 1 else ""
+        yield f"- {target_label(r)}: ζ = {volumes}**{percent(r, r.rule)} %**{mean}"
+    yield ""
+    yield f"{_meaning(f.scene)}\n"
+    target = f.scene.targets[0].target
+    yield f"![Section through {target}: covered, uncovered, and what does not count]({SECTION})\n"
+    at = " in pose 0" if len(f.scene.poses) > 1 else ""
+    yield f"Vertical section through the arm{at}. ζ counts the whole volume, not this section.\n"
+
+
+def _meaning(scene: Scene) -> str:
+    words = {
+        "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the arm's base",
+        "V_T": f"V_T is the ball of {scene.curve.tcp_range:g} m about the tool",
+        "V_OT": "V_OT is the union of the balls about base and tool",
+        "V_S": "V_S(r) is the shell: discs of r m across the robot's curve, cut flat at its ends",
+        "V_N": "V_N(r) is the space within r m of the robot's bodies",
+        "V_P": "V_P is the space within the separation distance of a part of the robot",
+    }
+    names = [
+        (words.get(g.name) if g.named else None) or f"{g} is {g.described()}"
+        for g in {g.name: g for g in scene.targets}.values()
+    ]
+    names += [
+        f"places in {g.target} count by its weight field"
+        for g in scene.targets
+        if g.target.importance
+    ]
+    names += [
+        "only what "
+        + ("a person can touch" if g.target.reachable == "person" else _CONNECTED)
+        + f" belongs to {g.target}"
+        for g in scene.targets
+        if g.target.reachable
+    ]
+    near = {"V_N" in goal.target.names for goal in scene.targets}
+    own = [f"the robot's own volume, {scene.curve.robot_radius:g} m about the curve"] * (
+        False in near
+    )
+    own += ["the robot's bodies" + " from V_N" * bool(own)] * (True in near)
+    return f"{listed(names)}; {listed(own)}, {'are' if near == {True} else 'is'} excluded."

@@ -10,8 +10,7 @@ from ...objectives.feasibility.violations import ELECTRONICS
 from ..tables import target_label
 from ..text import counted
 from .cable_section import arm_power, wirings
-from .facts import Facts
-from .requirements import requirement_sentence
+from .facts import Facts, requirement_sentence
 
 Question = Literal["mountable", "wireable", "powered", "covered"]
 State = Literal["pass", "fail", "not known"]

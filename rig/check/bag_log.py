@@ -14,7 +14,7 @@ from jaxtyping import Float
 from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Group
 from ...coverage.sensors.sensor import Sensor
-from ...formats.export.frame_tree import fixed_frames, moved_frames
+from ...formats.export.mcap_log import fixed_frames, moved_frames
 from ...formats.export.placed import PlacedSetup
 from ...formats.export.ros2_bag import (
     JOINTS,

@@ -40,8 +40,8 @@ from place_rings.rig.recording.recording import Recording
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.rings.line_monitor import Port
 from place_rings.viewer import html as words
+from place_rings.viewer.browser import labelled
 from place_rings.viewer.colours import KINDS
-from place_rings.viewer.control_values import labelled
 from rich.cells import cell_len
 from rich.progress import Progress, TextColumn
 from rich.style import Style

@@ -30,11 +30,11 @@ from place_rings.coverage.robots.robot import Body
 from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import effective
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.formats.export import link_contacts
 from place_rings.formats.export import ring_bodies as rings_as_bodies
-from place_rings.formats.export.link_contacts import link_solids, ring_solid
+from place_rings.formats.export import srdf
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.ring_bodies import ring_bodies
+from place_rings.formats.export.srdf import link_solids, ring_solid
 from place_rings.formats.firmware.sketch import sketch
 from place_rings.formats.firmware.wiring import plan_setup
 from place_rings.formats.printing.payload import ring_parts
@@ -73,7 +73,7 @@ def cheaper_exports(monkeypatch):
             _masses[key] = ring_parts(scene, ring, number)
         return _masses[key]
 
-    monkeypatch.setattr(link_contacts, "_POSES", 50)
+    monkeypatch.setattr(srdf, "_POSES", 50)
     monkeypatch.setattr(rings_as_bodies, "ring_parts", ring_parts_once)
 
 
@@ -398,7 +398,7 @@ def solids(what: PlacedSetup) -> list[tuple[str, int, Manifold]]:
 @pytest.mark.parametrize("name", ["ur10", "panda"])
 def test_pairs_of_an_srdf_are_right_by_the_gaps_of_another_library(name, tmp_path, monkeypatch):
     """In poses that nobody sampled: what never touches has a gap, what always touches has none."""
-    monkeypatch.setattr(link_contacts, "_POSES", 1000)
+    monkeypatch.setattr(srdf, "_POSES", 1000)
     what = placed(name)
     written(what, "urdf", tmp_path)
     low, high = what.scene.robot.limits.T

@@ -31,7 +31,7 @@ from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.solids.sensor_beams import MixedBeams
 from place_rings.coverage.targets.named import Shell
-from place_rings.formats.export import link_contacts
+from place_rings.formats.export import srdf
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.ring_bodies import ring_bodies
 from place_rings.formats.loader import resolve
@@ -58,7 +58,7 @@ few = settings(max_examples=4)
 def few_sampled_poses():
     """Of the pairs of links that can touch, which are tested elsewhere."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(link_contacts, "_POSES", 50)
+        patch.setattr(srdf, "_POSES", 50)
         yield
 
 

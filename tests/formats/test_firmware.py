@@ -313,8 +313,8 @@ def test_the_paper_s_sensor_is_read_as_a_vl53l1x_and_multiplexers_are_explained(
 @pytest.mark.parametrize(
     ("keys", "parts"),
     [
-        ({"board": "uno"}, f'board "uno" {" ".join(CONTROLLERS)}'),
-        ({"wiring": "x"}, 'wiring "x" auto direct multiplexer'),
+        ({"board": "uno"}, f"board 'uno' {' '.join(CONTROLLERS)}"),
+        ({"wiring": "x"}, "wiring 'x' auto direct multiplexer"),
         ({"wiring": "direct"}, "wiring 0 (forearm) 16 direct 417 pF 400"),
     ],
 )

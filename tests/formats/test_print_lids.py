@@ -36,7 +36,7 @@ from place_rings.objectives.feasibility.board_fit import most_sensors
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
-from place_rings.reporting.setup_report.printed_parts import printed_parts
+from place_rings.reporting.setup_report.bill_of_materials import printed_parts
 
 from ..support import drawing
 from ..support.assembly import judge, part

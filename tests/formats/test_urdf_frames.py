@@ -8,6 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from place_rings.cli.options.groups import SubjectOptions
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.sensor_tables import json as poses
@@ -130,11 +132,12 @@ def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(
     for file, text in exported.items():
         (tmp_path / file).write_text(text)
     zeta, given = [], []
-    for command in ("improve", "robustness", "report", "view"):
-        monkeypatch.setattr(
-            f"place_rings.cli.runs.{command}.{command}",
-            lambda one, *_: given.append((one.name, one.setup)),
-        )
+    resolve = SubjectOptions.resolve
+
+    def enough(*asked):
+        given.append((asked[1], resolve(*asked)[0]))
+        raise UserError("enough")
+
     for subject in ("n1_4_25", *exported):
         code, out, _ = run(
             *("verify", subject, "--target", "V_S", "--radius", "0.5", "--voxel", "0.1"),
@@ -144,7 +147,9 @@ def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(
         zeta.append(json.loads(out)["zeta_percent"])
         frames = ("--frames", "tof_[012]_.*", "--beam", "x") if subject.endswith("urdf") else ()
         for command in ("improve", "robustness", "report", "view"):
-            assert run(command, subject, "--target", "V_S:0.5", "--paper", *frames)[0] == 0
+            with monkeypatch.context() as patch:
+                patch.setattr(SubjectOptions, "resolve", enough)
+                assert run(command, subject, "--target", "V_S:0.5", "--paper", *frames)[0] == 2
     assert zeta[1:] == pytest.approx(zeta[:1] * 2, abs=0.02)
     names = [name for name in ("n1_4_25", *exported) for _ in range(4)]
     assert [name for name, _ in given] == names

@@ -22,9 +22,9 @@ from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import pdf
 from place_rings.reporting.pages import html
+from place_rings.reporting.setup_report.bill_of_materials import DENSITY, printed_parts
 from place_rings.reporting.setup_report.cable_section import bus_cable, wirings
-from place_rings.reporting.setup_report.printed_parts import DENSITY, printed_parts
-from place_rings.reporting.setup_report.requirements import decide, requirement_sentence
+from place_rings.reporting.setup_report.facts import decide, requirement_sentence
 
 from ..support.browser import CHROMIUM
 

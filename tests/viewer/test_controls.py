@@ -18,7 +18,7 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
 from place_rings.viewer import playback, ring_handles
-from place_rings.viewer.control_values import set_value
+from place_rings.viewer.browser import set_value
 from place_rings.viewer.ring_controls import RingControls
 from place_rings.viewer.ring_handles import RingHandles, mount_frame
 from place_rings.viewer.server import Server

@@ -17,7 +17,7 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.placement.search.schedule import Round
-from place_rings.viewer import page_files, page_tasks, tasks
+from place_rings.viewer import page_tasks, tasks
 from place_rings.viewer.html import UNBUILDABLE
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
@@ -192,7 +192,6 @@ QUICK = (Round(512, 4, 2, 8, 0.2, 8),)
 def test_search_count_and_save(tmp_path, monkeypatch):
     counted = partial(tasks.prove, voxel=0.05, width=0.1)
     monkeypatch.setattr(page_tasks, "prove", counted)
-    monkeypatch.setattr(page_files, "prove", counted)
     searched = partial(tasks.search_from, schedule=QUICK, voxel=0.05)
     monkeypatch.setattr(page_tasks, "search_from", searched)
     with Server(ViewerSession(paper_scene(), {"small": SMALL}, tmp_path)) as server:
@@ -223,7 +222,7 @@ def test_search_count_and_save(tmp_path, monkeypatch):
 
 
 def test_a_ring_moved_too_near_is_named_at_once_and_when_it_is_saved(tmp_path, monkeypatch):
-    monkeypatch.setattr(page_files, "prove", partial(tasks.prove, voxel=0.05, width=0.1))
+    monkeypatch.setattr(page_tasks, "prove", partial(tasks.prove, voxel=0.05, width=0.1))
     scene = Scene()
     radius, length = scene.radius_of("forearm"), scene.robot.mount("forearm").length
     pair = Setup(tuple(Ring("forearm", p, 4, 0.3, 0.0, radius) for p in (0.4, 0.8)))

@@ -16,7 +16,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets.named import Shell
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import Scene, paper_scene
-from place_rings.viewer import page_files
+from place_rings.viewer import page_tasks
 from place_rings.viewer.drawing import Drawing
 from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.edited_setup import NEW_COUNT, EditedSetup
@@ -114,7 +114,7 @@ def test_a_room_says_which_sensor_lies_in_a_body():
 
 
 def test_a_page_of_single_sensors_moves_one_and_saves_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(page_files, "prove", partial(prove, voxel=0.1, width=0.3))
+    monkeypatch.setattr(page_tasks, "prove", partial(prove, voxel=0.1, width=0.3))
     with Server(ViewerSession(paper_scene(), {"skin": ALONE}, tmp_path)) as server:
         page = Client(server.url)
         page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")

@@ -16,7 +16,7 @@ from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.viewer import playback
-from place_rings.viewer.browser_page import read_answer
+from place_rings.viewer.browser import read_answer
 from place_rings.viewer.camera import FOV, VIEWS, fitted
 from place_rings.viewer.cut import BEHIND, CUTS, NONE, cut_of
 from place_rings.viewer.drawing import Drawing

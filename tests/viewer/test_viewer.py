@@ -35,14 +35,13 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.schedule import Round
 from place_rings.viewer import html as words
 from place_rings.viewer.colours import KINDS, WARNING, rgb
-from place_rings.viewer.drawing import Drawing
-from place_rings.viewer.drawn_items import Dots, DrawnMesh, Edges
+from place_rings.viewer.drawing import Dots, Drawing, DrawnMesh, Edges
 from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.edited_setup import MOST_SENSORS, STEEPEST_DEG, EditedSetup
 from place_rings.viewer.long_task import Job, JobStoppedError
+from place_rings.viewer.page_tasks import file_named, save
 from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
 from place_rings.viewer.robot_surface import read_skin
-from place_rings.viewer.saving import file_named, save
 from place_rings.viewer.sensor_report import SensorReport
 from place_rings.viewer.session import ViewerSession, shown_targets
 from place_rings.viewer.tasks import prove, search_from
