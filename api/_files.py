@@ -14,8 +14,8 @@ from .coverage.sensors.effective_range import Use
 from .coverage.sensors.sensor import Sensor, effective
 from .formats.loader import read_proposal, read_robot, read_scene
 from .formats.model_reader import file_and_table, read_sensor
-from .formats.schema.robot_models import RobotFile
 from .formats.schema.scene_models import SceneFile
+from .formats.schema.versions import RobotFile
 from .formats.toml_text import toml_keys
 from .formats.writing import to_toml, write_text
 from .objectives.scene import Scene as CoreScene
@@ -121,9 +121,7 @@ def save(what: Placement | Scene | Robot | CoreScene, path: str | Path) -> Path:
             SceneFile.from_domain(core), "A scene, for place-rings: --scene of its commands."
         )
     elif isinstance(what, Robot):
-        text = to_toml(
-            RobotFile.from_domain(what), "A robot, for place-rings: a scene names it by robot."
-        )
+        text = to_toml(what, "A robot, for place-rings: a scene names it by robot.", RobotFile)
     else:
         raise InputError(
             f"found a {type(what).__name__}, allowed: a result, a Scene or a Robot", "what"

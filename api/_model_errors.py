@@ -66,7 +66,7 @@ def _attributes(model: type[BaseModel], loc: tuple[int | str, ...]) -> Iterator[
     at: type[BaseModel] | None = model
     for part in loc:
         if at is None or isinstance(part, int) or part not in at.model_fields:
-            yield part
+            yield part.removesuffix("_deg") if isinstance(part, str) else part
             continue
         scene = at.__name__ == "SceneModel"  # ``Scene`` has the names of the keys
         yield domain_field(at, part) if issubclass(at, MappedModel) and not scene else part

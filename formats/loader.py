@@ -24,9 +24,9 @@ from .recorded_motion import with_record
 from .schema.mounted_sensor_models import links_text
 from .schema.proposal_models import ProposalFile
 from .schema.ring_models import RingModel, ring_models
-from .schema.robot_models import RobotFile, robot_of
 from .schema.scene_models import SceneFile, SceneModel
 from .schema.target_models import TargetFile
+from .schema.versions import RobotFile
 from .user_files import beside, read_text
 
 if TYPE_CHECKING:
@@ -42,7 +42,8 @@ def read_robot(path: Path) -> Robot:
     Raises:
         UserError: if it cannot be read or is not valid.
     """
-    return robot_of(read_model(path, RobotFile))
+    robot: Robot = read_model(path, RobotFile)
+    return robot
 
 
 def read_scene(path: Path, robot: Robot | None = None) -> Scene:

@@ -11,15 +11,15 @@ from pydantic import ValidationError
 
 from ..coverage.definitions.definition import adapter
 from ..coverage.definitions.errors import UserError, explain, shown
+from ..coverage.robots.calibration_table import CalibrationTable
 from ..coverage.robots.joint_values import misnamed, ordered
 from ..coverage.robots.robot import Robot
+from ..coverage.robots.robot_table import robot_key
 from ..coverage.sensors.sensor_model import Model
-from .schema.calibration_models import CalibrationModel
 from .schema.proposal_models import ProposalFile
-from .schema.robot_models import RobotFile, RobotModel, robot_key, robot_of
 from .schema.scene_models import SceneFile
 from .schema.target_models import TargetFile
-from .schema.versions import FROM_FILE, SensorFile, refuse_newer
+from .schema.versions import FROM_FILE, RobotFile, SensorFile, refuse_newer
 from .target_files import with_contents
 from .toml_text import toml_keys
 from .user_files import beside, read_bytes, read_text
@@ -113,9 +113,8 @@ def _with_files(
     if robot is not None:
         scene = _on_robot(scene, robot)
     if isinstance(name := scene.get("calibration"), str):
-        own = SceneFile.model_validate({k: scene[k] for k in ("robot",) if k in scene})
         file = beside(path, f"{key}calibration", name)
-        scene["calibration"] = CalibrationModel.of(read_calibration(file, robot_of(own.robot)))
+        scene["calibration"] = CalibrationTable.of(read_calibration(file, _robot_of(scene)))
     if isinstance(targets := scene.get("targets"), list):
         read, where = beside_of(path), f"{path}: {key}targets"
         scene["targets"] = [
@@ -124,15 +123,20 @@ def _with_files(
     return scene
 
 
-def _robot_in(path: Path, key: str, name: str) -> RobotModel:
+def _robot_of(scene: dict[str, Any]) -> Robot:
+    """Return the robot of a scene with these keys."""
+    return SceneFile.model_validate({k: scene[k] for k in ("robot",) if k in scene}).robot
+
+
+def _robot_in(path: Path, key: str, name: str) -> Robot:
     """Return the robot in a file that a scene names."""
     if name.lower().endswith(".urdf"):
         raise UserError(
             f"{path}: {key}: found {shown(name)}, allowed: a robot file (.toml); convert a URDF"
             " with place-rings robot"
         )
-    robot = read_model(beside(path, key, name), RobotFile)
-    return RobotModel(**{field: getattr(robot, field) for field in RobotModel.model_fields})
+    robot: Robot = read_model(beside(path, key, name), RobotFile)
+    return robot
 
 
 def read_calibration(path: Path, robot: Robot) -> Robot:
@@ -204,8 +208,8 @@ def _on_robot(raw: dict[str, Any], robot: Robot) -> dict[str, Any]:
     """
     moved = {**raw, "robot": robot_key(robot)}
     moved.pop("calibration", None)
-    own = SceneFile.model_validate({k: raw[k] for k in ("robot",) if k in raw})
-    chain, rest = robot_of(own.robot).chain, robot_of(own.robot).rest
+    own = _robot_of(raw)
+    chain, rest = own.chain, own.rest
     match raw.get("poses"):
         case [{"q_deg": [*q_deg]}] if all(isinstance(a, int | float) for a in q_deg):
             stated = np.radians(q_deg)

@@ -10,10 +10,10 @@ from jaxtyping import Float
 from ..coverage.definitions.errors import UserError
 from ..coverage.robots.joint_values import in_file_units
 from ..coverage.robots.robot import Robot
+from ..objectives.poses import MOST_DEG_S
 from ..objectives.scene import Scene
 from ..objectives.trajectory import CELL, CELLS, MotionRecord, Thinning, recorded, thin
 from .motion_csv import MotionReader
-from .schema.field_types import MOST_DEG_S
 
 _MOST_M_S = 20  # m/s, largest speed of a prismatic joint
 

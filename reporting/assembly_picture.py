@@ -14,11 +14,10 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
-from ..coverage.robots.robot import Robot
+from ..coverage.robots.robot import TCP_FRAME, Robot
 from ..formats.printing.print_checks import read_stl
 from ..formats.printing.print_plan import MM
 from ..formats.schema.print_models import PrintResult
-from ..formats.schema.robot_models import TCP_FRAME
 from ..objectives.scene import Scene
 from .rendering.canvas import Canvas
 from .rendering.figures import add_bar, add_base_axes, png

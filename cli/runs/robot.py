@@ -15,7 +15,7 @@ from ...coverage.robots.joint_values import from_file_units, in_file_units, join
 from ...coverage.robots.robot import Robot
 from ...formats.robots.left_over_xacro import EXPAND
 from ...formats.robots.robot_fit import RobotFit, outlines
-from ...formats.schema.robot_models import RobotFile
+from ...formats.schema.versions import RobotFile
 from ...formats.writing import output_files, to_toml, write_text
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.link_segments import segments
@@ -107,7 +107,7 @@ def robot(
     fitted = fit.robot
     files = ("robot.toml", "scene.toml", "robot.png")
     with output_files(out, *files, keep=True) as new:
-        text = to_toml(RobotFile.from_domain(fitted), _HEADING.format(file=files[0]))
+        text = to_toml(fitted, _HEADING.format(file=files[0]), RobotFile)
         write_text(
             new / files[0],
             _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text),

@@ -16,6 +16,7 @@ from .kinematics import Chain
 
 _ROUNDING = 1e-8  # rad or m, by which a file's value may exceed its limit
 BASE = -1  # frame of a body that no joint moves
+BASE_FRAME, TCP_FRAME = "base", "tcp"  # names of frames
 
 
 @dataclass(frozen=True)
@@ -296,7 +297,7 @@ class Robot:
         links with mounts, and ``base``."""
         joints = {name: j for j, name in enumerate(self.chain.joints)}
         mounts = {m.link: m.frame for m in self.mounts}
-        return {**joints, "tcp": len(self.chain), **mounts, "base": BASE}
+        return {**joints, TCP_FRAME: len(self.chain), **mounts, BASE_FRAME: BASE}
 
     def frame_of(self, link: str) -> int:
         """Return the index of a link's frame, or ``BASE``; raise a ``ValueError`` that lists the

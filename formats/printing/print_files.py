@@ -10,12 +10,11 @@ from manifold3d import Manifold
 
 from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Ring, Setup
-from ...coverage.robots.robot import Robot
+from ...coverage.robots.robot import TCP_FRAME, Robot
 from ...coverage.sensors.board_packing import Printing
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.scene import Scene
 from ..schema.print_models import PrintedLids, PrintedRing, PrintResult
-from ..schema.robot_models import TCP_FRAME
 from .blocks import thread
 from .bolts import fastening, longest_sold
 from .lettering import part_label

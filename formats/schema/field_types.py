@@ -7,9 +7,6 @@ from pydantic import AfterValidator, Field
 from ...coverage.definitions.definition import fault
 from ...coverage.definitions.field_types import Coordinate
 
-MOST_DEG_S = 3600  # degrees per second, largest joint speed
-
-Weight = Annotated[float, Field(gt=0, le=1e6, description="relative weight")]
 RingRadius = Annotated[float, Field(gt=0, le=1, description="radius of a ring, m")]
 Percent = Annotated[float, Field(ge=0, le=100, description="percentage")]
 Tilt = Annotated[

@@ -6,7 +6,7 @@ from typing import Any
 # file of this folder and class; one is imported when it is asked for
 MODELS = {
     "scene": ("scene_models", "SceneFile"),
-    "robot": ("robot_models", "RobotFile"),
+    "robot": ("versions", "RobotFile"),
     "sensor": ("versions", "SensorFile"),
     "target": ("target_models", "TargetFile"),
     "layout": ("layout_models", "LayoutFile"),

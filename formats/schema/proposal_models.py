@@ -12,6 +12,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.sensor_records import SensorRecord
 from ...coverage.robots.base_frame import must_turn
 from ...coverage.targets.combined import stated_keys
+from ...objectives.poses import PoseTable
 from ...objectives.prices import SetupPrice
 from ...objectives.robustness import RingSensitivity
 from ...objectives.scene import Scene
@@ -20,10 +21,8 @@ from ...objectives.verified import Verified
 from ...placement.bound.coverage_bound import CoverageBound
 from ...placement.search.result import FewestRings, Reach, SearchResult, SeedResult
 from .field_types import Percent
-from .motion_models import PoseModel
 from .mounted_sensor_models import MountedSensorModel, single_faults, single_models, singles_of
 from .ring_models import RingModel, ring_models, setup_of
-from .robot_models import robot_of
 from .scene_models import SceneModel
 from .versions import VersionedFile
 
@@ -109,13 +108,13 @@ class ProposalFile(VersionedFile):
             for key, value in keys["scene"].items()
             if key in _ALWAYS or value != scene[key]
         }
-        keys["scene"]["poses"] = [_lean(pose, PoseModel) for pose in keys["scene"]["poses"]]
+        keys["scene"]["poses"] = [_lean(pose, PoseTable) for pose in keys["scene"]["poses"]]
         keys["scene"]["targets"] = list(map(stated_keys, keys["scene"]["targets"]))
         return keys
 
     @model_validator(mode="after")
     def _on_the_robot(self) -> Self:
-        robot = robot_of(self.scene.robot)
+        robot = self.scene.robot
         refuse(
             (("rings", i, "link"), ring.link, f"a link of {robot.name}: {', '.join(robot.links)}")
             for i, ring in enumerate(self.rings)

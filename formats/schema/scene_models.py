@@ -6,18 +6,16 @@ the JSON Schema and the text of errors.
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import (
-    Discriminator,
     Field,
-    Tag,
     field_validator,
     model_validator,
 )
 
-from ...coverage.definitions.definition import Fault, fault, refuse
-from ...coverage.definitions.errors import IN_LINE, NAMED, UserError
+from ...coverage.definitions.definition import Fault, refuse
+from ...coverage.definitions.errors import UserError
 from ...coverage.definitions.records import FILE_VERSION
 from ...coverage.electronics.electronics import Electronics
 from ...coverage.occlusion.occlusion_mode import Occlusion
@@ -25,8 +23,10 @@ from ...coverage.person_reach import Person
 from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.attached import Attached, Solid, named
 from ...coverage.robots.base_frame import BaseFrame, base_frame, must_turn
-from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
+from ...coverage.robots.built_in import PAPER_ROBOTS, UR10
+from ...coverage.robots.calibration_table import CalibrationTable
 from ...coverage.robots.robot import Robot
+from ...coverage.robots.robot_table import RobotKey, robot_key
 from ...coverage.robots.separation_distance import Safety
 from ...coverage.sensors.board_packing import Printing
 from ...coverage.sensors.lids import lid_fault
@@ -37,15 +37,13 @@ from ...coverage.targets.target import Target
 from ...objectives.link_limits import LinkLimits
 from ...objectives.motion_limits import Motion
 from ...objectives.mount_rules import Limits, Rules
-from ...objectives.poses import Pose, Recorded
+from ...objectives.poses import Pose, PoseTable, Recorded
 from ...objectives.prices import Prices
 from ...objectives.scene import REFERENCE_POSE_DEG, Obstacle, Scene
 from ...objectives.trajectory import TrajectoryFile
 from ...objectives.turned_cell import states_coordinates, turned_scene
-from .calibration_models import CalibrationModel
 from .field_types import RingRadius
 from .mapping import MappedModel
-from .motion_models import PoseModel
 from .mounted_sensor_models import (
     CellSensorModel,
     MountedSensorModel,
@@ -54,7 +52,6 @@ from .mounted_sensor_models import (
     singles_of,
 )
 from .ring_models import RingModel, ring_models, setup_of
-from .robot_models import RobotModel, robot_key, robot_of
 from .versions import VersionedFile
 
 
@@ -67,17 +64,12 @@ def _links_of(robot: Robot) -> str:
     return f"a link of {robot.name}: {', '.join(robot.links)}"
 
 
-RobotKey = Annotated[
-    Annotated[str, Tag(NAMED)] | Annotated[RobotModel, Tag(IN_LINE)],
-    Discriminator(lambda found: IN_LINE if isinstance(found, dict | RobotModel) else NAMED),
-]
-
-
 class SceneModel(MappedModel[Scene]):
     """A scene. Every key has a default; without any key it is the reference scene."""
 
     robot: RobotKey = Field(
-        default="ur10",
+        default_factory=lambda: UR10,
+        json_schema_extra={"default": "ur10"},
         description="name of a built-in robot, a robot file (.toml), or a robot in-line",
     )
     base: BaseFrame | None = Field(
@@ -88,7 +80,7 @@ class SceneModel(MappedModel[Scene]):
             " about z; default: base_link"
         ),
     )
-    calibration: CalibrationModel | None = Field(
+    calibration: CalibrationTable | None = Field(
         default=None,
         description="this arm's own kinematics, or a file of them (calibration.conf, .yaml)",
     )
@@ -105,8 +97,8 @@ class SceneModel(MappedModel[Scene]):
     sensor: Sensor = Field(default=Sensor(), description="sensor of the rings")
     curve: Shape = Field(default=Shape(), description="pose curve and the volumes about it")
     mounts: dict[str, Limits] = Field(default={}, description="limits of rings by link")
-    poses: list[PoseModel] = Field(
-        default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))],
+    poses: list[PoseTable] = Field(
+        default=[PoseTable(REFERENCE_POSE_DEG)],
         min_length=1,
         max_length=10_000,
         description="poses of the robot",
@@ -163,13 +155,6 @@ class SceneModel(MappedModel[Scene]):
         description="tools and payloads; they move with their links and belong to the robot's body",
     )
 
-    @field_validator("robot")
-    @classmethod
-    def _known(cls, robot: str | RobotModel) -> str | RobotModel:
-        if isinstance(robot, str) and robot not in ROBOTS:
-            raise fault(robot, f"{', '.join(ROBOTS)}, or a robot file (.toml)")
-        return robot
-
     @field_validator("trajectory", mode="before")
     @classmethod
     def _only_a_name(cls, found: Any) -> Any:
@@ -179,9 +164,9 @@ class SceneModel(MappedModel[Scene]):
     @classmethod
     def _agreeing(cls, keys: Any, read: Any) -> Any:
         self = read(keys)
-        robot = robot_of(self.robot)
-        if "poses" not in self.model_fields_set and self.robot not in PAPER_ROBOTS:
-            rest = PoseModel.from_domain(Pose(robot.rest), chain=robot.chain)
+        robot: Robot = self.robot
+        if "poses" not in self.model_fields_set and robot_key(robot) not in PAPER_ROBOTS:
+            rest = PoseTable.of(Pose(robot.rest), robot.chain)
             self.__dict__["poses"] = [rest]  # the model is frozen
         if not robot.bodies:
             rules = keys.get("rules", {}) if isinstance(keys, dict) else self.rules
@@ -223,7 +208,7 @@ class SceneModel(MappedModel[Scene]):
                 yield ("fixed", i, "link"), ring.link, _links_of(robot)
         yield from single_faults(self.fixed_sensors, robot, self.sensor, "fixed_sensors")
         if self.occlusion != "ignore" and not robot.bodies:
-            allowed = f"ignore, because robot {self.robot} has no bodies"
+            allowed = f"ignore, because robot {robot.name} has no bodies"
             yield ("occlusion",), self.occlusion, allowed
         if self.rules.mount == "real" and not robot.bodies:
             allowed = f"free, because robot {robot.name} has no bodies"
@@ -272,13 +257,13 @@ class SceneModel(MappedModel[Scene]):
     def to_domain(self, **given: Any) -> Scene:
         """Return the scene without the meshes and poses that other files hold."""
         sensor, radius = self.sensor, self.ring_radius or RING_RADIUS
-        robot = robot_of(self.robot)
+        robot = self.robot
         if self.calibration is not None:
             robot = self.calibration.applied(robot)
         scene = super().to_domain(
             robot=robot.with_attached(_without_files(self.attached, "attached")),
             base_stated=self.base is not None,
-            poses=tuple(pose.to_domain(chain=robot.chain) for pose in self.poses),
+            poses=tuple(pose.pose(robot.chain) for pose in self.poses),
             ring_radius=radius,
             radius_stated=self.ring_radius is not None,
             rules=replace(
@@ -310,8 +295,8 @@ class SceneModel(MappedModel[Scene]):
             value,
             robot=robot_key(value.robot),
             base=_written_base(value),
-            calibration=CalibrationModel.of(value.robot),
-            poses=[PoseModel.from_domain(pose, chain=value.robot.chain) for pose in value.poses],
+            calibration=CalibrationTable.of(value.robot),
+            poses=[PoseTable.of(pose, value.robot.chain) for pose in value.poses],
             ring_radius=value.ring_radius if stated else None,
             fixed=ring_models(Setup(value.rules.fixed), value.sensor),
             fixed_sensors=single_models(value.rules.fixed_sensors, value.sensor),

@@ -14,6 +14,7 @@ from pydantic_core import core_schema
 
 from ...coverage.definitions.definition import refuse
 from ...coverage.definitions.records import FILE_VERSION
+from ...coverage.robots.robot_table import RobotInFiles
 from ...coverage.sensors.effective_range import OwnModel
 from .base_model import StrictModel
 
@@ -122,5 +123,7 @@ def refuse_newer(keys: dict[str, Any]) -> None:
         refuse([(("version",), version, f"{known}; update place-rings to read newer files")])
 
 
+RobotFile = Annotated[RobotInFiles, Versioned()]
+"""A robot (TOML): a chain of joints, mount axes, and capsules that enclose its links."""
 SensorFile = Annotated[OwnModel, Versioned()]
 """A user's own sensor (TOML): the fields of the catalogue, for one mode of the sensor."""

@@ -14,9 +14,8 @@ from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.joint_values import joint_keys, joint_keys_of, misnamed, ordered
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.robot import BASE, Robot
+from ...coverage.robots.robot import BASE, BASE_FRAME, TCP_FRAME, Robot
 from ...objectives.scene import Scene
-from ..schema.robot_models import BASE_FRAME, TCP_FRAME
 from ..schema.sensor_pose_models import (
     RingPosesModel,
     SensorPoseModel,

@@ -5,10 +5,9 @@ from jaxtyping import Float
 
 from ...coverage.arrays import cross
 from ...coverage.rings.mounted_sensor import MountedSensor
-from ...coverage.robots.robot import BASE, Robot
+from ...coverage.robots.robot import BASE, BASE_FRAME, TCP_FRAME, Robot
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.solids.segments import point_to_segment
-from ..schema.robot_models import BASE_FRAME, TCP_FRAME
 
 _DIGITS = 12  # decimals of metres and of unit vectors
 _STILL = 1e-6  # m, by which a sensor may move on the link that carries it; files round

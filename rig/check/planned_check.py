@@ -10,7 +10,6 @@ from ...coverage.definitions.errors import explain
 from ...coverage.definitions.field_types import Items
 from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import ProposalFile
-from ...formats.schema.robot_models import robot_of
 from ...formats.schema.versions import FROM_FILE
 from ...objectives.scene import Scene
 from ..mount.stop_plan import MountPlanFile
@@ -62,7 +61,7 @@ class PlannedCheck:
         wanted = [*(ring.count for ring in rings), *(1 for _ in self.proposal.sensors)]
         if counts != wanted:
             refuse([(("ports",), f"counts {counts}", f"those of the rings, {wanted}")])
-        joints = len(robot_of(self.proposal.scene.robot).chain)
+        joints = len(self.proposal.scene.robot.chain)
         if odd := {q.shape[1] for q in self.plans.poses} - {joints}:
             refuse([(("stops",), f"{max(odd)} angles", f"{joints}, as the robot has")])
         if any(plan.poses != self.trials[0].poses for plan in self.trials):

@@ -16,6 +16,7 @@ from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import rotation_rpy, rpy_of
+from place_rings.coverage.robots.robot_table import RobotTable
 from place_rings.coverage.robots.separation_distance import Safety
 from place_rings.coverage.sensors.board_packing import Printing
 from place_rings.coverage.sensors.boards import Board
@@ -26,8 +27,8 @@ from place_rings.coverage.targets.posed_robot import Shape
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
 from place_rings.formats.schema.mapping import DEGREES, MappedModel, Of
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.robot_models import RobotModel
 from place_rings.formats.schema.scene_models import SceneModel
+from place_rings.formats.schema.versions import RobotFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.link_limits import LinkLimits
 from place_rings.objectives.motion_limits import Motion
@@ -258,7 +259,7 @@ def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
     path.write_text(to_toml(table))
     again = read_scene(path)
     if scene.robot is not UR10:  # in-line: rounded as files are
-        assert RobotModel.from_domain(again.robot) == RobotModel.from_domain(scene.robot)
+        assert RobotTable.of(again.robot) == RobotTable.of(scene.robot)
         again = dataclasses.replace(again, robot=scene.robot)
     assert plain(again) == plain(scene)
     assert SceneModel.from_domain(again) == table
@@ -288,10 +289,10 @@ def test_a_sensor_is_what_its_table_says(sensor):
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_robot_is_what_its_file_says(tmp_path, name):
     """Frames are rounded in files: what has been read once stays as it is."""
-    path, file = tmp_path / "robot.toml", RobotModel.from_domain(ROBOTS[name])
-    path.write_text(to_toml(file))
+    path, file = tmp_path / "robot.toml", RobotTable.of(ROBOTS[name])
+    path.write_text(to_toml(ROBOTS[name], file=RobotFile))
     robot = read_robot(path)
-    assert RobotModel.from_domain(robot) == file
+    assert RobotTable.of(robot) == file
     for a, b in ((robot.chain.origin, ROBOTS[name].chain.origin), (robot.home, ROBOTS[name].home)):
         if b is not None:
             np.testing.assert_allclose(a, b, atol=1e-11)

@@ -21,9 +21,8 @@ from place_rings.formats.loader import read_proposal, read_robot, read_scene, re
 from place_rings.formats.schema import versions
 from place_rings.formats.schema.files import MODELS, model_named
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.robot_models import RobotFile
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
-from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, VersionedFile
+from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, RobotFile, VersionedFile
 from place_rings.formats.writing import _drop_none, to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
@@ -65,12 +64,12 @@ def test_each_file_that_a_user_keeps_has_a_version(name):
 
 def test_what_is_written_states_its_version_once_and_first():
     proposal = ProposalFile.of(named_setup("n2_16_25"), paper_scene())
-    for file in (
-        proposal,
-        SceneFile.from_domain(paper_scene()),
-        RobotFile.from_domain(paper_scene().robot),
+    for held, file in (
+        (proposal, None),
+        (SceneFile.from_domain(paper_scene()), None),
+        (paper_scene().robot, RobotFile),
     ):
-        text = to_toml(file, "two\nlines").removeprefix("# two\n# lines\n")
+        text = to_toml(held, "two\nlines", file).removeprefix("# two\n# lines\n")
         assert text.startswith(f"version = {FILE_VERSION}\n")
         assert text.count("\nversion") == 0
         assert tomllib.loads(text)["version"] == FILE_VERSION

@@ -17,7 +17,7 @@ from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.packages import Packages
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_options import UrdfOptions
-from place_rings.formats.schema.robot_models import RobotFile
+from place_rings.formats.schema.versions import RobotFile
 from place_rings.formats.stand_ins import refuse_stand_in
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
@@ -383,7 +383,7 @@ def test_the_ring_radius_of_a_scene_is_that_of_mounts_that_take_a_ring(tmp_path)
     radius, none = ring_radii(robot(0.4))
     assert radius < 0.1
     assert set(none) == {"shaft"}
-    (tmp_path / "robot.toml").write_text(to_toml(RobotFile.from_domain(robot(0.4)), ""))
+    (tmp_path / "robot.toml").write_text(to_toml(robot(0.4), file=RobotFile))
     (tmp_path / "scene.toml").write_text(scene_text(robot(0.4), "robot.toml"))
     housed = read_scene(tmp_path / "scene.toml")
     assert housed.ring_radius == radius

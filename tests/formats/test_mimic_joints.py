@@ -16,7 +16,7 @@ from place_rings.formats.loader import read_robot, read_scene
 from place_rings.formats.robots.robot_fit import fit_robot
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_chain import pick_chain
-from place_rings.formats.schema.robot_models import RobotFile
+from place_rings.formats.schema.versions import RobotFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Pose, Scene
 
@@ -46,7 +46,7 @@ def test_a_robot_file_keeps_what_follows(robot, tmp_path):
     (follows,) = robot.chain.mimics
     assert (follows.joint, follows.leader) == (2, 1)
     file = tmp_path / "robot.toml"
-    text = to_toml(RobotFile.from_domain(robot))
+    text = to_toml(robot, file=RobotFile)
     file.write_text(text)
     again = read_robot(file)
     assert again.chain.mimics == robot.chain.mimics
@@ -58,7 +58,7 @@ def test_a_robot_file_keeps_what_follows(robot, tmp_path):
 
 
 def test_poses_state_the_leader_and_may_state_what_follows(robot, tmp_path):
-    (tmp_path / "robot.toml").write_text(to_toml(RobotFile.from_domain(robot)))
+    (tmp_path / "robot.toml").write_text(to_toml(robot, file=RobotFile))
     follows = -30 + math.degrees(0.2)
     scene = tmp_path / "scene.toml"
     for stated in (

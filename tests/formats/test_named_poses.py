@@ -12,6 +12,7 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.cli.runs.robot import scene_text
+from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
@@ -21,8 +22,8 @@ from place_rings.formats.loader import read_robot, read_scene
 from place_rings.formats.recorded_motion import read_record, with_record
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_chain import pick_chain
-from place_rings.formats.schema.robot_models import RobotFile, RobotModel
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
+from place_rings.formats.schema.versions import RobotFile
 from place_rings.formats.sensors.sensor_poses import poses_file, setup_of_poses
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
@@ -46,7 +47,7 @@ FREE = Rules(mount="free")
 @pytest.fixture
 def folder(tmp_path):
     """A folder with the robot on a rail as ``robot.toml``."""
-    (tmp_path / "robot.toml").write_text(to_toml(RobotFile.from_domain(ON_RAIL)))
+    (tmp_path / "robot.toml").write_text(to_toml(ON_RAIL, file=RobotFile))
     return tmp_path
 
 
@@ -129,7 +130,7 @@ def test_a_pose_that_does_not_fit_is_one_line(folder, keys, parts):
     ("key", "value"), [("type", "screw"), ("limits_deg", [-1.0, 1.0]), ("limits_m", [1.0, -1.0])]
 )
 def test_a_bad_prismatic_joint_is_one_line(folder, key, value):
-    keys = RobotModel.from_domain(ON_RAIL).model_dump(exclude_none=True)
+    keys = adapter(RobotFile).dump_python(ON_RAIL, mode="json", exclude_none=True)
     keys["joints"][0][key] = value
     (folder / "robot.toml").write_text(tomli_w.dumps(keys))
     with refused(f"robot.toml joints[0].{key}"):
@@ -285,9 +286,9 @@ def test_a_rig_refuses_a_rail():
 
 
 def test_a_robot_whose_rail_carries_nothing_is_refused():
-    keys = RobotModel.from_domain(UR10).model_dump(exclude_none=True)
+    keys = adapter(RobotFile).dump_python(UR10, mode="json", exclude_none=True)
     keys["joints"] = [{"name": "rail", "type": "prismatic"}, {"name": "turn"}]
     keys["mounts"] = [{**keys["mounts"][0], "frame": "turn"}]
     keys |= {"bodies": [], "home_deg": None, "tcp": {}}
     with pytest.raises(ValueError, match="length 0 beyond rail"):
-        RobotModel(**keys)
+        adapter(RobotFile).validate_python(keys)

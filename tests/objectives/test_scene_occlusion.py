@@ -17,8 +17,8 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.targets.named import Shell
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.robot_models import RobotModel
 from place_rings.formats.schema.scene_models import SceneModel
+from place_rings.formats.schema.versions import RobotFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.mount_rules import Rules
@@ -138,8 +138,7 @@ def test_a_robot_without_bodies_occludes_nothing_and_says_so(run, tmp_path):
         occluders(scene, UR10.rest, "blind")
     with pytest.raises(pr.InputError, match="occlusion: found shadow"):
         pr.Scene(robot=bare, occlusion="shadow")
-    robot = RobotModel.from_domain(bare).model_copy(update={"name": "bare"})
-    (tmp_path / "bare.toml").write_text(to_toml(robot))
+    (tmp_path / "bare.toml").write_text(to_toml(replace(bare, name="bare"), file=RobotFile))
     (tmp_path / "scene.toml").write_text('robot = "bare.toml"\n')
     words = ("verify", "n1_8_0", "--scene", "scene.toml", "--voxel", 0.1)
     code, out, err = run(*words)
