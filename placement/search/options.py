@@ -1,7 +1,7 @@
 """The options of a search and of a redesign: each is defined here, for Python and the command."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -84,24 +84,8 @@ class SearchOptions(Options):
         """Raise InputError for values out of range, or that contradict each other."""
         super().__post_init__()
         object.__setattr__(self, "start", _setups(self.start))
-        self._check_budget()
-        self._check_rings()
-        if self.losing is not None and (self.tolerant or self.redundancy > 1):
-            others = "redundancy", "tolerant"
-            line = f"found {self.losing}, allowed: only without redundancy and tolerant"
-            raise InputError(line, "losing", others=others)
-        if self.searches > 1 and (self.fewest or self.reach is not None):
-            raise InputError(
-                f"found {self.searches}, allowed: 1 with reach, and with sensors without any_rings"
-                " or rings",
-                "searches",
-                others=("reach", "sensors", "any_rings", "rings"),
-            )
-        for name in ("position_error_mm", "direction_error_deg"):
-            if (error := getattr(self, name)) is not None and not self.tolerant:
-                raise InputError(
-                    f"found {error:g}, allowed: only with tolerant", name, others=("tolerant",)
-                )
+        for name, line, *others in self._contradictions():
+            raise InputError(line, name, others=tuple(others))
 
     @property
     def limit(self) -> float:
@@ -118,51 +102,44 @@ class SearchOptions(Options):
         """Largest loss of coverage for fewer rings, in [0, 1]."""
         return (_WITHIN if self.within is None else self.within) / 100
 
-    def _check_budget(self) -> None:
-        """Check what is said about the number of sensors."""
-        reach, sensors = self.reach, self.sensors
-        if reach is None and sensors is None:
-            return
+    def _contradictions(self) -> Iterator[tuple[str, ...]]:
+        """Yield options that contradict others: the name, what is wrong, and the others' names."""
+        reach, sensors, rings = self.reach, self.sensors, self.rings
+        one = "use only one of them"
         if reach is not None and sensors is not None:
-            line = f"found {reach:g} with sensors {sensors}; use only one of them"
-            raise InputError(line, "reach", others=("sensors",))
-        beside = "reach" if reach is not None else f"sensors {sensors}"
-        # the rule of a scene that limits what an option fixes
-        rules = {"rings_per_link": "max_rings_per_link", "sensors_per_ring": "sensors_per_ring"}
-        for name, rule in rules.items():
-            if (value := getattr(self, name)) is not None:
-                raise InputError(
-                    f"found {value} with {beside}, where the search chooses the rings; use only one"
-                    f" of them, or set rules.{rule} in the scene",
-                    name,
-                    others=("reach", "sensors"),
-                )
-
-    def _check_rings(self) -> None:
-        """Check what is said about the number of rings."""
-        if self.rings is not None and self.rings_per_link is not None:
-            line = f"found {self.rings} with rings_per_link {self.rings_per_link}"
-            raise InputError(f"{line}; use only one of them", "rings", others=("rings_per_link",))
+            yield "reach", f"found {reach:g} with sensors {sensors}; {one}", "sensors"
+        if reach is not None or sensors is not None:
+            beside = "reach" if reach is not None else f"sensors {sensors}"
+            # the rule of a scene that limits what an option fixes
+            rules = {"rings_per_link": "max_rings_per_link", "sensors_per_ring": "sensors_per_ring"}
+            for name, rule in rules.items():
+                if (value := getattr(self, name)) is not None:
+                    line = f"found {value} with {beside}, where the search chooses the rings; {one}"
+                    yield name, f"{line}, or set rules.{rule} in the scene", "reach", "sensors"
+        if rings is not None and self.rings_per_link is not None:
+            line = f"found {rings} with rings_per_link {self.rings_per_link}; {one}"
+            yield "rings", line, "rings_per_link"
         if self.within is not None and not self.fewest:
-            raise InputError(
-                f"found {self.within:g}, allowed: only with sensors, without rings and any_rings",
-                "within",
-                others=("sensors", "any_rings", "rings"),
-            )
+            line = "allowed: only with sensors, without rings and any_rings"
+            yield "within", f"found {self.within:g}, {line}", "sensors", "any_rings", "rings"
         for name in ("fewest_rings", "any_rings"):
-            if not getattr(self, name):
-                continue
-            for other in ("rings", "reach"):
+            for other in ("rings", "reach") if getattr(self, name) else ():
                 if (value := getattr(self, other)) is not None:
-                    line = f"found with {other} {value:g}; use only one of them"
-                    raise InputError(line, name, others=(other,))
-            if self.sensors is None:
-                raise InputError(
-                    "found without sensors; state their number", name, others=("sensors",)
-                )
+                    yield name, f"found with {other} {value:g}; {one}", other
+            if getattr(self, name) and sensors is None:
+                yield name, "found without sensors; state their number", "sensors"
         if self.fewest_rings and self.any_rings:
-            line = "found with any_rings; use only one of them"
-            raise InputError(line, "fewest_rings", others=("any_rings",))
+            yield "fewest_rings", f"found with any_rings; {one}", "any_rings"
+        if self.losing is not None and (self.tolerant or self.redundancy > 1):
+            line = f"found {self.losing}, allowed: only without redundancy and tolerant"
+            yield "losing", line, "redundancy", "tolerant"
+        if self.searches > 1 and (self.fewest or reach is not None):
+            line = "allowed: 1 with reach, and with sensors without any_rings or rings"
+            others = "reach", "sensors", "any_rings", "rings"
+            yield "searches", f"found {self.searches}, {line}", *others
+        for name in ("position_error_mm", "direction_error_deg"):
+            if (error := getattr(self, name)) is not None and not self.tolerant:
+                yield name, f"found {error:g}, allowed: only with tolerant", "tolerant"
 
 
 def _setups(start: Any) -> "tuple[Setup, ...]":
