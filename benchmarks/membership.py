@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from common import cone_task, medians, say, table
 from place_rings.coverage.occlusion.shadows import CapsuleShadows
-from place_rings.coverage.ring_views.beam_membership import in_beam
 from place_rings.coverage.ring_views.line_of_sight import LinkOccluders
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.base import Parts
+from place_rings.coverage.solids.beams import InBeam
 from place_rings.coverage.solids.capsule_shadows import behind, capsule_shadow
-from place_rings.coverage.solids.sensor_beams import BeamShapes, beam_function
+from place_rings.coverage.solids.cones import Cones, cone
 from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.solid_bitmask import words
 from place_rings.coverage.voxels.voxel_bitmask import CORNER, BlockGrid
@@ -29,15 +29,15 @@ _COLUMNS = ("fast path", "definition", "items", "ns an item", "of the definition
 
 
 def beam_paths(rng: np.random.Generator, count: int) -> Paths:
-    """Return the 32-bit test of a sensor's own coordinates."""
+    """Return the same function of a sensor's own coordinates in 32 bits, and of poses."""
     sensor, points = Sensor(math.radians(25), 1.5), rng.uniform(-1, 1, (count, 3))
     along, across, up = points.T.astype(np.float32).copy()
-    shapes = BeamShapes(np.full(count, sensor.half_angle), np.full(count, sensor.range_m))
-    axis = np.tile([1.0, 0.0, 0.0], (count, 1))
+    pose = np.zeros(3), np.array([1.0, 0.0, 0.0])
+    cosine, sine, range_m = Cones.terms(sensor.sizes)
     return (
-        *("`in_beam`, 32 bits", "`beam_function`", count),
-        lambda: in_beam(sensor, along, across, up),
-        lambda: beam_function(shapes, points, np.zeros((count, 3)), axis, axis) <= 0,
+        *("`Sensor.holds`, 32 bits", "`cone`", count),
+        lambda: sensor.holds(InBeam(along, across, up)),
+        lambda: cone(points, *pose, cosine, sine, range_m) <= 0,
     )
 
 

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from ..coverage.definitions.definition import definition
 from ..coverage.definitions.units import Millimetres
-from ..coverage.occlusion.occluded_beams import Beams
+from ..coverage.occlusion.occluded_beams import OccludedBeams
 from ..coverage.occlusion.occluders import INSIDE, Occluders, beams
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup, ring_values
@@ -19,7 +19,7 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ..coverage.robots.ring_section import tube_of
 from ..coverage.solids.base import Parts
-from ..coverage.solids.cones import Cones
+from ..coverage.solids.beams import Beams
 from .scene import Scene
 
 _NOTHING = 0.01  # share of its cone below which a sensor counts as occluded
@@ -56,7 +56,7 @@ def occluders(
     return Occluders(capsules, (*bodies, *carried_polyhedra(scene.robot, q)))
 
 
-def sight(scene: Scene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: bool = False) -> Parts:
+def sight(scene: Scene, cones: Beams, q: Float[np.ndarray, " J"], bracketed: bool = False) -> Parts:
     """Return the visible parts of sensor cones under the scene's occlusion model.
 
     Args:
@@ -151,7 +151,7 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
     for p, pose in enumerate(scene.poses):
         cones = sensor_cones(scene.robot, setup, pose.q)
         seen = sight(scene, cones, pose.q)
-        if not isinstance(seen, Beams):
+        if not isinstance(seen, OccludedBeams):
             return []
         where, depth = occluders(scene, pose.q).holds(np.asarray(cones.apex))
         for k in range(len(cones)):

@@ -24,7 +24,6 @@ from jaxtyping import Bool, Float, Int
 from ..coverage.definitions.definition import definition
 from ..coverage.definitions.units import Covered
 from ..coverage.occlusion.occluders import Occluders
-from ..coverage.ring_views.beam_membership import outer_angle
 from ..coverage.ring_views.mount_points import MountPoints, mount_points
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.kinematics import forward
@@ -227,7 +226,7 @@ def _in_beams(
     up = points.height[:, None] - cells[:, 0]
     plane = out * out + up * up
     inside = plane + aside * aside <= (sensor.farthest + slack) ** 2
-    angle = outer_angle(sensor)
+    angle = sensor.outer_angle
     if angle > math.pi / 2:
         return np.asarray(inside)
     raised = np.arctan2(up, out)

@@ -168,11 +168,7 @@ class SoftCoverage:
             largest: the largest number of sensors of a ring; by default that of ``arrays``.
         """
         each = arrays.beams
-        half = np.asarray(each.half_angle)
-        if each.half_up is not None:
-            half = np.maximum(half, np.arctan(np.hypot(np.tan(half), np.tan(each.half_up))))
-        if each.special is not None:
-            half = np.where(np.asarray(each.special.half_thickness) > 0, math.pi, half)
+        half = np.asarray(each.by_shape(lambda shape, sizes: shape.outer(sizes)))
         seeing = np.asarray(each.range_m) > 0
         if largest is None:
             largest = int(np.bincount(np.asarray(arrays.ring)[seeing]).max(initial=1))

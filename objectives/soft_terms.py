@@ -233,7 +233,7 @@ class SoftTerms:
         if not blind and not self.obstacles:
             return Occluding(jax.tree.map(lambda a: jnp.stack([a] * mountings), bodies))
         frames = jnp.asarray(self.frames)
-        seats = seen_from(arrays, self._mounted(arrays, values), frames, arrays.beams.square)
+        seats = seen_from(arrays, self._mounted(arrays, values), frames, bool(arrays.beams.which))
 
         def at_pose(bodies: Any, solids: Any, seats: Any) -> Occluding:
             cones, obstacles = arrays.beams.solids(*seats), [Polyhedron(*one) for one in solids]

@@ -15,8 +15,8 @@ from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.robot import Robot
+from ..coverage.solids.beams import Beams
 from ..coverage.solids.capsules import Capsules
-from ..coverage.solids.cones import Cones
 from ..simulation.detection import Approaches, turned
 from ..simulation.human import Bones
 from ..simulation.motion_samples import STEP, Moments
@@ -30,27 +30,16 @@ _LEAST_VIEW = 2.8  # m, the view covers at least this to both sides of the base
 _GHOSTS = 0.5  # s, interval between drawn persons
 
 
-def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
-    """Return points (P, 3) m whose convex hull is a cone: its apex and the circle of its base."""
-    axis = cones.axis[i]
-    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    u /= np.linalg.norm(u)
-    circle = (
-        cones.range_m[i] * np.tan(cones.half_angle[i]) * (DISC @ np.stack([u, np.cross(axis, u)]))
-    )
-    return np.vstack([cones.apex[i], cones.apex[i] + cones.range_m[i] * axis + circle])
-
-
-def beam_outline(cones: Cones, i: int, turn: float, flat: list[int]) -> Float[np.ndarray, "P 2"]:
-    """Return the outline of one cone in a projection.
+def beam_outline(cones: Beams, i: int, turn: float, flat: list[int]) -> Float[np.ndarray, "P 2"]:
+    """Return the outline of one beam in a projection.
 
     Args:
         cones: beams.
-        i: index of the cone.
+        i: index of the beam.
         turn: angle by which everything is first rotated about z, rad.
         flat: indices of the two axes to project on.
     """
-    return outline(turned(_beam(cones, i), turn)[:, flat])
+    return outline(turned(cones.surface(i, len(DISC))[0], turn)[:, flat])
 
 
 def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[np.ndarray]:
@@ -183,7 +172,7 @@ def _distances(ax: Axes, found: Approaches) -> None:
     ax.legend(frameon=False, fontsize=9, loc="upper left")
 
 
-def _robot(ax: Axes, m: Moments, at: int, cones: Cones, turn: float, flat: list[int]) -> None:
+def _robot(ax: Axes, m: Moments, at: int, cones: Beams, turn: float, flat: list[int]) -> None:
     """Draw the robot at moment ``at``, its separation distances, and the beams of its sensors."""
     seen = [turned(p, turn) for p in (m.start[at], m.end[at])]
     near = capsule_outlines(seen[0], seen[1], m.radius + m.asked[at], flat)

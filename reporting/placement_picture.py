@@ -17,7 +17,7 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
-from ..coverage.solids.cones import Cones
+from ..coverage.solids.beams import Beams
 from ..formats.export.palette import CELL, OBSTACLE, link_colours
 from ..objectives.occlusion import sight
 from ..objectives.scene import Scene
@@ -61,7 +61,7 @@ class _Shown:
     """The setup."""
     groups: tuple[Ring | MountedSensor, ...]
     """Its rings and single sensors, and then the sensors of the cell."""
-    cones: Cones
+    cones: Beams
     """Their cones."""
     uncovered: Float[np.ndarray, "N 3"]
     """Points of the target that they do not cover, m."""

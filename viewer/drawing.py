@@ -13,7 +13,7 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import attached_at, carried_at
 from ..coverage.robots.robot import BASE
-from ..coverage.solids.cones import Cones
+from ..coverage.solids.beams import Beams
 from ..coverage.targets.posed_robot import robot_curve
 from ..coverage.targets.target import Target
 from ..formats.sensors.sensor_frames import sensor_frames
@@ -147,7 +147,7 @@ class Drawing:
         surface = bodies(robot, forward(robot.chain, q)) if self.body is None else self.body.at(q)
         return surface, np.stack([centres[:-1], centres[1:]], axis=1)
 
-    def _cones(self, ring: Group, pose: int) -> Cones:
+    def _cones(self, ring: Group, pose: int) -> Beams:
         return sensor_cones(self.scene.robot, setup_of_group(ring), self.scene.poses[pose].q)
 
     def _band_of(

@@ -16,7 +16,7 @@ from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Group, Setup, setup_of_group
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.solids.base import Parts
-from ..coverage.solids.cones import Cones
+from ..coverage.solids.beams import Beams
 from ..coverage.targets.target import Target
 from ..objectives.occlusion import sight
 from ..objectives.pose_subset import representative
@@ -87,7 +87,7 @@ class QuickEstimate:
         """
         return self.scene.sample(target, pose, count, self.seed)
 
-    def _beams_of(self, ring: Group, pose: int, occlusion: Occlusion) -> tuple[Cones, Parts]:
+    def _beams_of(self, ring: Group, pose: int, occlusion: Occlusion) -> tuple[Beams, Parts]:
         """Return the cones of a ring at a pose, and their visible parts; the cones themselves if
         nothing can occlude them.
         """

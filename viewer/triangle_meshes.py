@@ -12,8 +12,8 @@ from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.near_volume import GrownPolyhedron
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.base import Difference, Intersection, Solid, Union
+from ..coverage.solids.beams import Beams
 from ..coverage.solids.capsules import Capsules
-from ..coverage.solids.cones import Cones
 from ..coverage.solids.cylinders import Cylinders
 from ..coverage.solids.polyhedra import Polyhedra, half_space, polyhedra
 from ..coverage.solids.spheres import Spheres
@@ -49,7 +49,7 @@ def bodies(robot: Robot, frames: Float[Array, "F 4 4"]) -> Surface:
     return joined(capsule_surfaces(robot_capsules(robot, frames), tube))
 
 
-def chips(cones: Cones) -> Surface:
+def chips(cones: Beams) -> Surface:
     """Return the sensors as small boxes along their axes."""
     found = []
     for apex, axis in zip(np.asarray(cones.apex), np.asarray(cones.axis), strict=True):
@@ -61,7 +61,7 @@ def chips(cones: Cones) -> Surface:
 
 
 def beams(
-    cones: Cones, lengths: Float[np.ndarray, " K"], some: Sequence[int] | None = None
+    cones: Beams, lengths: Float[np.ndarray, " K"], some: Sequence[int] | None = None
 ) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
     """Return the beams, open at their ends, and the edges of those ends.
 

@@ -15,19 +15,20 @@ from jaxtyping import Bool, Float, Int
 from ..arrays import Array, Index, dot, root, rows
 from ..pytrees import mapped
 from ..solids.base import CubePairs, Parts
-from ..solids.cones import Cones
+from ..solids.beams import Beams
+from ..solids.quadrics import within
 from ..solids.tangent_bounds import distance_tangent, union_bounds
 from ..solids.volume_fraction import VolumeFraction
 from ..voxels.solid_bitmask import words
-from ..voxels.voxel_bitmask import Bitmask, BlockGrid, within
+from ..voxels.voxel_bitmask import Bitmask, BlockGrid
 from .shadows import Shadows
 
 
 @dataclass(frozen=True)
-class Beams(Parts):
+class OccludedBeams(Parts):
     """A union of beams of K sensors."""
 
-    cones: Cones
+    cones: Beams
     """Beams without occlusion, some of which may be pyramids. A sensor inside a body has the range
     minus infinity and sees nothing."""
     stop: Float[np.ndarray, " K"]
@@ -117,7 +118,7 @@ class Beams(Parts):
 
 
 @words.register
-def _(parts: Beams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
+def _(parts: OccludedBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Return the voxels of blocks about ``points`` that lie in beam ``index``.
 
     These are the voxels of the cone, inside the ball if the sensor is blinded, and in no shadow.

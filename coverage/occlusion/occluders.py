@@ -15,12 +15,13 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, dot
 from ..solids.base import Parts
+from ..solids.beams import Beams
 from ..solids.capsule_shadows import capsule_shadow
 from ..solids.capsules import Capsules, gap_to_capsules
-from ..solids.cones import Cones
+from ..solids.cones import around
 from ..solids.polyhedra import Polyhedron, polyhedron_shadow
 from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, cone_gap
-from .occluded_beams import Beams
+from .occluded_beams import OccludedBeams
 from .occlusion_mode import Occlusion
 from .polyhedron_return import polyhedron_in_beam
 from .shadows import CapsuleShadows, PolyhedronShadows, Shadows, first_of_sensors
@@ -60,7 +61,7 @@ class Occluders:
 
 
 def beams(
-    cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: bool = False
+    cones: Beams, occluders: Occluders, occlusion: Occlusion, bracketed: bool = False
 ) -> Parts:
     """Return the visible parts of ``cones`` under ``occlusion``; the cones if nothing occludes.
 
@@ -81,15 +82,17 @@ def beams(
     within_, _ = occluders.holds(np.asarray(cones.apex))
     live = within_ < 0
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
-    stops = live & ~cones.is_zoned() & (occlusion == "blind")
+    stops = live & ~np.asarray(cones.is_zoned()) & (occlusion == "blind")
     stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
-    return Beams(cones, stop, late, _shadows(cones, np.flatnonzero(live & ~stops), occluders))
+    return OccludedBeams(
+        cones, stop, late, _shadows(cones, np.flatnonzero(live & ~stops), occluders)
+    )
 
 
-def _looks(cones: Cones, k: Index) -> Beam:
+def _looks(cones: Beams, k: Index) -> Beam:
     """Return the circumscribed cones of beams ``k`` (K,)."""
-    around = cones.around()
-    return Beam(*(np.asarray(a)[k] for a in vars(around).values()))
+    looks = around(cones)
+    return Beam(*(np.asarray(getattr(looks, name))[k] for name in Beam._fields))
 
 
 def _in_capsules(
@@ -118,7 +121,7 @@ def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
     return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
 
 
-def _stops(cones: Cones, k: np.ndarray, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
+def _stops(cones: Beams, k: np.ndarray, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
     """Return early and late bounds (K,) m of the first return of the sensors ``k``.
 
     They are infinite for other sensors, and the same array if not bracketed.
@@ -134,7 +137,7 @@ def _stops(cones: Cones, k: np.ndarray, occluders: Occluders, bracketed: bool) -
     return stops[0], stops[-1]
 
 
-def _shadows(cones: Cones, k: np.ndarray, occluders: Occluders) -> tuple[Shadows, ...]:
+def _shadows(cones: Beams, k: np.ndarray, occluders: Occluders) -> tuple[Shadows, ...]:
     """Return the shadows in beams ``k``."""
     if len(k) == 0:
         return ()

@@ -15,9 +15,10 @@ from jaxtyping import Bool, Float, Int
 from ..arrays import Array, Index, dot
 from ..solids.capsule_shadows import Shadow, behind, nearest_ball, way
 from ..solids.polyhedra import NOWHERE, largest, planes_share
+from ..solids.quadrics import plane, within
 from ..solids.tangent_bounds import distance_tangent
 from ..solids.volume_fraction import VolumeFraction
-from ..voxels.voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed, plane, within
+from ..voxels.voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed
 
 
 class Shadows(ABC):

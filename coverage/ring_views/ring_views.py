@@ -21,7 +21,7 @@ from jaxtyping import Bool, Float, Int, UInt8, UInt16
 
 from ..rings.mounting_errors import seated
 from ..rings.ring import Ring
-from .beam_membership import in_beam, outer_angle
+from ..solids.beams import InBeam
 from .line_of_sight import LinkOccluders
 from .mount_points import MountPoints, RingErrors
 from .sightlines import Sightlines
@@ -88,7 +88,7 @@ def ring_views(
         named: whether to return which sensor sees a point.
     """
     places = RingPlaces(*(np.asarray(a, np.float32) for a in places))
-    outer = outer_angle(ring.sensor) + (errors.widest if errors else 0.0)
+    outer = ring.sensor.outer_angle + (errors.widest if errors else 0.0)
     exact = ring.sensor.plain and past is None and errors is None
     around = _relative(points, places, errors)
     spacing = np.float32(2 * math.pi / ring.count)
@@ -256,7 +256,7 @@ class _Tests:
             mounting = self._points.mounting.take(n)
             seat = np.moveaxis(self._errors.seat[mounting, number], -1, 0)
             along, across, up = seated(seat, along, across, up)
-        seen: np.ndarray = np.flatnonzero(in_beam(self._sensor, along, across, up))
+        seen: np.ndarray = np.flatnonzero(self._sensor.holds(InBeam(along, across, up)))
         if self._past is not None:
             if self._errors is not None:
                 mounting = self._points.mounting.take(n.take(seen))

@@ -36,9 +36,7 @@ class Sightlines:
     ) -> None:
         """Find what each sensor's beam may meet."""
         self._among, self._apex = among, apex
-        half = math.pi if sensor.thickness is not None else sensor.circumscribed_half_angle
-        if sensor.shape == "dome" and sensor.half_angle > _WIDE:
-            half = math.pi
+        half = sensor.outer_angle
         centre, ball, first = among.balls
         meets = _balls_meet(apex, look, half, sensor.range_m, centre, ball)  # (Q, S)
         self._meets = meets[: len(first)]  # (U, S)

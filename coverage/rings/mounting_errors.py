@@ -21,7 +21,7 @@ from ..definitions.definition import definition
 from ..definitions.units import Degrees, Millimetres
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
-from ..solids.cones import Cones
+from ..solids.beams import Beams
 from .ring import Setup, ring_values
 from .ring_kinematics import RingArrays, SensorPoses, ring_arrays, seen_from, sensor_poses
 
@@ -185,7 +185,7 @@ def seated(seat: Array, along: Array, across: Array, up: Array) -> tuple[Any, An
 
 def misplaced_cones(
     robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], errors: Misplaced
-) -> list[Cones]:
+) -> list[Beams]:
     """Return V_FOV at pose ``q`` (J,) rad for each drawn mounting, base frame (64-bit NumPy)."""
     v = ring_values(setup.groups)
     here = ring_arrays(robot, setup.groups)

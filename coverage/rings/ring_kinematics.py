@@ -14,8 +14,9 @@ from ..arrays import Array, cross, dot, namespace, root
 from ..pytrees import tree
 from ..robots.kinematics import forward
 from ..robots.robot import Mount, Robot
-from ..solids.cones import Cones
-from ..solids.sensor_beams import BeamShapes, SpecialShapes
+from ..sensors.sensor import Sensor
+from ..solids.beams import Beams
+from ..solids.sensor_beams import BeamShapes
 from .mounted_sensor import MountedSensor
 from .ring import Group, Setup, ring_values
 
@@ -50,11 +51,6 @@ class RingArrays:
     """Shapes (K,) of the beams."""
 
 
-def any_square(rings: Iterable[Group]) -> bool:
-    """Return whether a ring or single sensor has another beam than a cone from the apex on."""
-    return not all(r.sensor.plain for r in rings)
-
-
 def mount_of(robot: Robot, group: Group) -> Mount:
     """Return the mount of a ring; of a single sensor, its own frame as a mount of length 0.
 
@@ -72,8 +68,7 @@ def ring_arrays(
     robot: Robot,
     rings: tuple[Group, ...],
     sensors: int | None = None,
-    square: bool = False,
-    special: bool = False,
+    possible: Iterable[Sensor] = (),
 ) -> RingArrays:
     """Return the rings and single sensors of a setup as arrays.
 
@@ -81,8 +76,7 @@ def ring_arrays(
         robot: the robot.
         rings: the rings and single sensors.
         sensors: number of sensors to which the arrays are padded; None: no padding.
-        square: whether setups to be stacked with this one may have square or special beams.
-        special: whether they may have special beams: domes, fans, or a least range.
+        possible: sensors of setups to be stacked with this one; ``None`` in their beams must agree.
 
     Raises:
         ValueError: if a ring sits on a link that the robot does not have, or the rings have more
@@ -106,14 +100,6 @@ def ring_arrays(
     turn = np.concatenate(
         [np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)]
     )
-    shapes, some_special = None, special or any(r.sensor.special for r in rings)
-    some_square = square or some_special or any_square(rings)
-    if some_special:
-        shapes = SpecialShapes(
-            each([r.sensor.shape == "dome" for r in rings], 0.0) > 0,
-            each([(r.sensor.thickness or 0.0) / 2 for r in rings], 0.0),
-            each([r.sensor.near_m for r in rings], 0.0),
-        )
     return RingArrays(
         np.array([m.frame for m in mounts], int),
         start,
@@ -124,12 +110,8 @@ def ring_arrays(
         np.array([r.radius for r in rings], float),
         each(np.arange(len(rings)), 0).astype(int),
         turn,
-        BeamShapes(
-            each([r.sensor.half_angle for r in rings], np.pi / 4),
-            each([r.sensor.range_m for r in rings], -np.inf),
-            each([r.sensor.half_angle_up for r in rings], 0.0) if some_square else None,
-            each([r.sensor.zoned for r in rings], 0.0) > 0 if some_square else None,
-            shapes,
+        BeamShapes.of(
+            [r.sensor for r in rings], [*possible, *(r.sensor for r in rings if r.count)], each
         ),
     )
 
@@ -272,7 +254,7 @@ def sensor_axes(
     )
 
 
-def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
+def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Beams:
     """Return V_FOV at pose ``q`` (J,) rad in the base frame (64-bit NumPy).
 
     It has one beam for each sensor: ring by ring, then those of the single sensors.
@@ -280,4 +262,4 @@ def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cone
     groups, frames = setup.groups, forward(robot.chain, q)
     here, v = ring_arrays(robot, groups), ring_values(groups)
     seats = sensor_poses(here, v.position, v.tilt, v.phase)
-    return here.beams.solids(*seen_from(here, seats, frames, here.beams.square))
+    return here.beams.solids(*seen_from(here, seats, frames, bool(here.beams.which)))

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from jaxtyping import Bool
 from pydantic import Field
 from pydantic_core import PydanticCustomError
 
@@ -12,12 +14,13 @@ from ..definitions.definition import Fault, definition, fields_of, refuse
 from ..definitions.errors import InFile
 from ..definitions.field_types import Metres
 from ..definitions.units import INLINE, Degrees, degrees
+from ..solids.beams import WIDE, BeamShape, Place, Sizes
+from ..solids.sensor_beams import shape_of
 from .boards import Board
 from .effective_range import Step, Use, model_of, steps
 from .sensor_model import Model
 
 Shape = Literal["beam", "dome", "fan"]
-_WIDEST = {"beam": "below 180", "dome": "at most 180", "fan": "at most 360"}  # degrees
 _SAME = 1e-6  # degrees and metres
 # The catalogue may become more precise; a file keeps a beam that it states and that is as near to
 # the catalogue's as this: degrees of an angle, and a share of a range.
@@ -57,20 +60,22 @@ class Sensor:
 
     def __post_init__(self) -> None:
         """Refuse values that do not belong to the shape."""
-        shape, fan, plain = self.shape, self.shape == "fan", self.shape == "beam"
+        shape, form = self.shape, self.form
         fov, faults = degrees(self.fov), list[Fault]()
-        if self.use is not None and not plain:
+        none = f"no such key for a {shape}"
+        if self.use is not None and not form.ends_flat:
             faults.append((("shape",), shape, "beam, the shape of all models"))
-        if (fov >= 180) if plain else (fov > (360 if fan else 180)):
-            allowed = f"a number above 0 and {_WIDEST[shape]} (full field of view, degrees)"
+        most, limit = form.most_deg
+        if fov > most or (fov == most and limit.startswith("below")):
+            allowed = f"a number above 0 and {limit} (full field of view, degrees)"
             faults.append((("fov_deg",), fov, allowed))
-        if self.fov_up is not None and not plain:
-            faults.append((("fov_up_deg",), degrees(self.fov_up), f"no such key for a {shape}"))
-        if fan != (self.thickness is not None):
-            allowed = "the thickness of the fan, m" if fan else "no such key, except for a fan"
+        if self.fov_up is not None and not form.square:
+            faults.append((("fov_up_deg",), degrees(self.fov_up), none))
+        if form.thick != (self.thickness is not None):
+            allowed = f"the thickness of the {shape}, m" if form.thick else none
             faults.append((("thickness",), self.thickness, allowed))
-        if self.near_m >= self.range_m or (self.near_m > 0 and not plain):
-            allowed = "below range_m" if plain else f"no such key for a {shape}"
+        if self.near_m >= self.range_m or (self.near_m > 0 and not form.ends_flat):
+            allowed = "below range_m" if form.ends_flat else none
             faults.append((("near_m",), self.near_m, allowed))
         if self.zones > 1 and self.fov_up is None:
             faults.append((("zones",), self.zones, "1 for a round beam; more only with fov_up_deg"))
@@ -121,20 +126,38 @@ class Sensor:
     def __repr__(self) -> str:
         up = "" if self.fov_up is None else f", fov_up={self.fov_up:.6g}, zones={self.zones}"
         use = "" if self.use is None else f", use={self.use!r}"
-        shape = "" if self.shape == "beam" else f", shape={self.shape!r}"
+        shape = "" if self.form.ends_flat else f", shape={self.shape!r}"
         shape += "" if self.thickness is None else f", thickness={self.thickness:g}"
         shape += f", near_m={self.near_m:g}" if self.near_m else ""
         return f"Sensor(fov={self.fov:.6g}, range_m={self.range_m:.4g}{up}{shape}{use})"
 
     @property
+    def form(self) -> type[BeamShape]:
+        """The shape of the beam, which knows all that follows from it."""
+        return shape_of(self.shape, self.fov_up is not None)
+
+    @property
+    def sizes(self) -> Sizes:
+        """The sizes of the beam, for the functions of its shape."""
+        size = self.form.size_of(self)
+        return Sizes(*map(np.float64, (self.half_angle, self.range_m, size)))
+
+    def holds(self, at: Place) -> Bool[np.ndarray, "*shape"]:
+        """Return which points lie in the beam, without occlusion: 32-bit coordinates, to about 1e-6
+        m."""
+        terms = self.form.terms(Sizes(*map(np.float32, self.sizes)))
+        inside: np.ndarray = self.form.function(at, *terms) <= 0
+        return inside & (at.along >= np.float32(self.near_m)) if self.near_m else inside
+
+    @property
     def square(self) -> bool:
         """Whether the beam is a pyramid."""
-        return self.fov_up is not None
+        return self.form.square
 
     @property
     def special(self) -> bool:
         """Whether the beam is more than a cone or pyramid from the apex on."""
-        return self.shape != "beam" or self.near_m > 0
+        return not self.form.ends_flat or self.near_m > 0
 
     @property
     def plain(self) -> bool:
@@ -144,14 +167,14 @@ class Sensor:
     @property
     def oriented(self) -> bool:
         """Whether the beam has an ``up``: that of a pyramid or fan has, a round one has not."""
-        return self.square or self.shape == "fan"
+        return self.form.oriented
 
     @property
     def zoned(self) -> bool:
         """Whether an occluder in a part of the beam leaves the others as they are: each zone of a
         pyramid reports its own distance, a fan measures in each direction, and a dome is no
         distance measurement."""
-        return (self.square and self.zones > 1) or self.shape != "beam"
+        return self.zones > 1 or not self.form.ends_flat
 
     @property
     def half_angle(self) -> float:
@@ -166,9 +189,13 @@ class Sensor:
     @property
     def inscribed_half_angle(self) -> float:
         """Half angle of the beam's inscribed cone, rad: the smaller one of a pyramid's or fan's."""
-        if self.thickness is not None:
-            return min(math.atan(self.thickness / 2 / self.range_m), self.fov / 2)
-        return self.half_angle if self.fov_up is None else min(self.fov, self.fov_up) / 2
+        return float(self.form.inner(self.sizes))
+
+    @property
+    def outer_angle(self) -> float:
+        """Half angle of a cone from the apex that holds the beam, rad; pi where none does that is
+        no wider than a half-space."""
+        return float(self.form.outer(self.sizes))
 
     @property
     def circumscribed_half_angle(self) -> float:
@@ -176,9 +203,7 @@ class Sensor:
 
         That of a dome or fan is limited: no cone holds a half ball.
         """
-        if self.shape != "beam":
-            return min(self.half_angle, 1.4)
-        return math.atan(math.hypot(math.tan(self.half_angle), math.tan(self.half_angle_up)))
+        return self.outer_angle if self.form.ends_flat else min(self.outer_angle, WIDE)
 
     def with_angles(self, change: Callable[[float], float]) -> "Sensor":
         """Return the sensor with ``change`` applied to each of its full angles, rad."""
@@ -188,22 +213,18 @@ class Sensor:
     @property
     def farthest(self) -> float:
         """Distance from the apex to the farthest point of the beam, m."""
-        if self.shape != "beam":
-            return math.hypot(self.range_m, (self.thickness or 0.0) / 2)
-        return self.range_m / math.cos(self.circumscribed_half_angle)
+        return float(self.form.farthest(self.sizes))
 
     @property
     def volume(self) -> float:
         """Volume of the beam, m^3; 0.1737 for the paper's sensor."""
-        if self.shape == "dome":
-            return 2 * math.pi / 3 * self.range_m**3 * (1 - math.cos(self.half_angle))
-        if self.thickness is not None:
-            return self.half_angle * self.range_m**2 * self.thickness
-        long = self.range_m**3 - self.near_m**3
-        wide, high = math.tan(self.half_angle), math.tan(self.half_angle_up)
-        if self.square:
-            return 4 / 3 * long * wide * high
-        return math.pi / 3 * long * wide**2
+        return float(self.form.volume(self.sizes, self.near_m))
+
+    @property
+    def text(self) -> str:
+        """The beam in a few words."""
+        up = "" if self.fov_up is None else f" × {math.degrees(self.fov_up):.3g}°"
+        return f"{self.form.title} of {math.degrees(self.fov):.3g}°{up}, {self.range_m:.3g} m"
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,9 @@ from ..arrays import Array, Numbers
 from ..pytrees import register_trees, tree
 from ..rings.mounting_errors import Misplaced, seated
 from ..rings.ring_kinematics import RingArrays, with_base
+from ..solids.beams import InBeam
 from ..solids.segments import Coordinates
-from ..solids.sensor_beams import BeamShapes, beam_function
+from ..solids.sensor_beams import BeamShapes
 
 register_trees()
 
@@ -148,19 +149,11 @@ def _gap(rings: RingsAt) -> Float[Array, " G"]:
 
 def _past(rings: RingsAt, rho: Any, z: Any, slack: Numbers) -> Any:
     """Return the azimuth from points (G, N), rad, within which sensors have them past their flat
-    base, or past the side of a square beam that faces the ring's axis, by more than ``slack``."""
+    beam, by more than ``slack``; see ``BeamShape.base``."""
     shapes, tilt = rings.shapes, jnp.asarray(rings.tilt)[:, None]
-    cos, size = jnp.cos(tilt), abs(tilt)
-    range_m: Any = jnp.asarray(shapes.range_m)
-    if shapes.special is not None:
-        range_m = jnp.where(shapes.special.dome, jnp.inf, range_m)
-    furthest = (range_m[:, None] + slack - z * jnp.sin(tilt)) / jnp.maximum(abs(cos), _NIL)
-    if shapes.half_up is not None:
-        half_up, up = jnp.asarray(shapes.half_up)[:, None], jnp.where(tilt < 0, -1.0, 1.0)
-        steep = jnp.sin(size - half_up)
-        side = (slack + up * z * jnp.cos(size - half_up)) / jnp.maximum(steep, _NIL)
-        square = (half_up > 0) & (steep > 0) & (cos > 0)
-        furthest = jnp.where(square, jnp.minimum(furthest, side), furthest)
+    cos = jnp.cos(tilt)
+    each = jax.tree.map(lambda a: jnp.asarray(a)[:, None], shapes)
+    furthest = each.by_shape(lambda shape, sizes: shape.base(sizes, tilt, z, slack))
     radius = rings.radius[:, None] * jnp.where(cos < 0, -1.0, 1.0)
     return jnp.arccos(jnp.clip((furthest + radius) / jnp.maximum(rho, _NIL), -1.0, 1.0))
 
@@ -193,11 +186,8 @@ def beams_at(
     across, depth, up = y * east - x * north, radial * cos + z * sin, z * cos - radial * sin
     if seat is not None:
         depth, across, up = seated(jnp.moveaxis(seat[near.sensor], -1, 0), depth, across, up)
-    local = jnp.stack([across, up, depth], axis=-1)  # the axis of a beam is the third
-    origin = jnp.zeros((1, 1, 1, 3), depth.dtype)
-    _, ups, axes = jnp.eye(3, dtype=depth.dtype)[:, None, None, None]
     shapes = jax.tree.map(lambda a: a[:, None, None], rings.shapes)
-    value = beam_function(shapes, local, origin, axes, ups)
+    value = shapes.function(InBeam(depth, across, up))
     there = np.arange(near.east.shape[1])[None, :, None] < rings.count[:, None, None]
     a, b, c = (
         rings.centre[:, None, None, i]

@@ -18,11 +18,11 @@ import jax.numpy as jnp
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers, root
+from ..solids.beams import Beams, BeamShape
 from ..solids.capsules import Capsules
-from ..solids.cones import Cones
+from ..solids.cones import around
 from ..solids.polyhedra import Polyhedron, polyhedron_shadow
 from ..solids.segments import Coordinates, nearest_places
-from ..solids.sensor_beams import MixedBeams
 from .first_return import of_each, soft_stop
 
 _NEAREST = 0.02  # least place along a segment, as a share: nearer to the apex nothing grows further
@@ -86,7 +86,7 @@ class Occluding:
 
 
 def occluding(
-    cones: Cones,
+    cones: Beams,
     bodies: Capsules | None,
     obstacles: Sequence[Polyhedron],
     blind: bool,
@@ -104,15 +104,14 @@ def occluding(
     planes = tuple(of_each(partial(polyhedron_shadow, cones.apex), obstacles))
     if not blind or bodies is None:
         return Occluding(bodies, planes)
-    zoned = cones.zoned if isinstance(cones, MixedBeams) else False
-    looks = cones.around()
+    looks = around(cones)
     # slopes of padding sensors would not be numbers
     range_m = jnp.where(looks.range_m > 0, looks.range_m, 1.0)
     stop = None
     if width is not None:
         stop = soft_stop(replace(looks, range_m=range_m), bodies, tuple(obstacles), width)
-        stop = jnp.where(zoned, jnp.inf, stop)
-    return Occluding(bodies, planes, stop) if zoned is not False else Occluding(stop=stop)
+        stop = jnp.where(cones.is_zoned(), jnp.inf, stop)
+    return Occluding(stop=stop) if isinstance(cones, BeamShape) else Occluding(bodies, planes, stop)
 
 
 def _passing(apex: Coordinates, points: Coordinates, bodies: Capsules) -> Passing:

@@ -7,7 +7,7 @@ constant 1.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import and_, neg, or_
@@ -32,6 +32,10 @@ class Solid(Protocol):
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Return the lower and upper corner (2, 3) m of an axis-aligned bounding box."""
+
+
+Rows = slice | Int[np.ndarray, " M"]
+"""Which of several pairs."""
 
 
 class CubePairs(NamedTuple):
@@ -119,6 +123,21 @@ class Parts(ABC):
 
         The bounds are of second order where one smooth surface intersects a cube.
         """
+
+    def quadrics(
+        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
+    ) -> Iterator[tuple[Rows, Float[np.ndarray, "10 M"] | None]]:
+        """Yield quadrics that are all at least 0 in part ``index`` (P,), and at no point outside.
+
+        Each comes with the pairs for which it is stated. It may be omitted for a pair that it does
+        not exclude within ``reach`` m of its point. None leaves pairs undecided, as here.
+
+        Args:
+            points: centres of the quadrics' offsets, m.
+            index: part of each point.
+            reach: m.
+        """
+        yield slice(None), None
 
 
 V = TypeVar("V")

@@ -1,14 +1,16 @@
 """Cylinders with flat ends as implicit functions."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, dot, namespace, root, rows
 from ..pytrees import tree
-from .base import CubePairs
+from .base import CubePairs, Rows
+from .quadrics import product, within
 from .tangent_bounds import Tangent, TangentParts, distance_tangent
 from .volume_fraction import VolumeFraction
 
@@ -57,6 +59,16 @@ class Cylinders(TangentParts):
             end = Tangent(sign * height - self.half[pairs.part], sign * axis, straight)
             each = each & end.share(*size)
         return each, round_.value, round_.normal
+
+    def quadrics(
+        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
+    ) -> Iterator[tuple[Rows, Any]]:
+        """See ``Parts.quadrics``: |v|^2 - t^2 <= radius^2 and (half - t) (half + t) >= 0, with t
+        along the axis."""
+        axis, v = rows(self.axis, index), points - rows(self.centre, index)
+        half, t = self.half[index], dot(v, axis)
+        yield slice(None), product(t, axis, t, axis) + within(self.radius[index], v)
+        yield slice(None), product(half - t, -axis, half + t, axis)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         centre, axis = np.asarray(self.centre), np.abs(np.asarray(self.axis))

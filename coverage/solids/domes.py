@@ -1,73 +1,114 @@
 """Domes: spherical caps about an axis with their cone, the fields of capacitive pads."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from ..arrays import Array, Index, Numbers, dot, namespace, root, rows
+from ..arrays import Numbers, dot, namespace, root, rows
 from ..pytrees import tree
-from .base import CubePairs
-from .cones import Cones, cone
+from .base import CubePairs, Rows
+from .beams import WIDE, BeamShape, Place, Sizes
+from .cones import Cones
+from .quadrics import plane, product, within
 from .tangent_bounds import distance_tangent
 from .volume_fraction import VolumeFraction
 
 
-def dome(
-    points: Array, apex: Array, axis: Array, cosine: Numbers, sine: Numbers, range_m: Numbers
-) -> Any:
-    """Return the implicit function of a dome: a cone that ends in a ball about its apex.
-
-    The region is {|v| <= range, rho <= d tan a}, with v the vector from the apex, d its part along
-    the unit axis, rho the distance from the axis and a the half angle, up to a right angle: half a
-    ball. It is the intersection of an infinite cone, ``rho cos a - d sin a``, whose gradient in the
-    (d, rho) half-plane has length 1, and a ball, ``|v| - range``, a distance less a constant. Both
-    are 1-Lipschitz, hence so is their maximum. All arguments broadcast as in ``cone``.
-    """
-    v = points - apex
-    ball = root(dot(v, v)) - range_m
-    mantle = cone(points, apex, axis, cosine, sine, float("inf"))
-    return namespace(points).maximum(mantle, ball)
-
-
 @tree
 @dataclass(frozen=True)
-class Domes(Cones):
-    """A union of domes; half angles may reach a right angle."""
+class Domes(BeamShape):
+    """A union of domes: cones that end in a ball about their apex.
 
-    def part(self, points: Array, index: Index) -> Any:
-        xp = namespace(self.half_angle)
-        cosine, sine = xp.cos(self.half_angle)[index], xp.sin(self.half_angle)[index]
-        apex, axis = rows(self.apex, index), rows(self.axis, index)
-        return dome(points, apex, axis, cosine, sine, self.range_m[index])
+    A dome is {|v| <= range, rho <= d tan a}, with v the vector from the apex, d its part along the
+    axis, rho the distance from the axis and a the half angle, up to a right angle: half a ball. It
+    is the intersection of an infinite cone, whose function is that of ``Cones``, and a ball,
+    ``|v| - range``, a distance less a constant. Both are 1-Lipschitz, hence so is their maximum.
+    """
+
+    key, title, most_deg = "dome", "dome", (180.0, "at most 180")
+
+    @staticmethod
+    def farthest(s: Sizes) -> Any:
+        return s.range_m
+
+    @staticmethod
+    def volume(s: Sizes, near: Numbers) -> Any:
+        return 2 * np.pi / 3 * s.range_m**3 * (1 - np.cos(s.half_angle))
+
+    @classmethod
+    def radius(cls, s: Sizes, along: Any) -> Any:
+        ball = super().radius(s, along)
+        return np.minimum(ball, along * np.tan(s.half_angle)) if s.half_angle < WIDE else ball
+
+    @staticmethod
+    def base(s: Sizes, tilt: Any, height: Any, slack: Numbers) -> Any:
+        endless = s._replace(range_m=namespace(tilt).full_like(s.range_m, np.inf))
+        return Cones.base(endless, tilt, height, slack)
+
+    @staticmethod
+    def terms(s: Sizes) -> tuple[Any, ...]:
+        return Cones.terms(s)
+
+    @staticmethod
+    def function(at: Place, cosine: Any, sine: Any, range_m: Any) -> Any:
+        mantle = Cones.function(at, cosine, sine, float("inf"))
+        return namespace(mantle).maximum(mantle, at.away - range_m)
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
-        """See ``Cones.each_share``: the side as there, and the ball, which is convex and curves by
-        1 / |v|."""
-        endless = Cones(self.apex, self.axis, self.half_angle, np.full(len(self), np.inf))
-        share, value, normal = endless.each_share(pairs)
+        """See ``TangentParts.each_share``: the side as of ``Cones``, and the ball, which is convex
+        and curves by 1 / |v|."""
+        mantle = Cones(self.apex, self.axis, self.half_angle, self.range_m).mantle(pairs)
         points, _, index, _, side, slack = pairs
-        v = points - rows(self.apex, index)
+        share, v = mantle.share(side, slack), points - rows(self.apex, index)
         cut = np.flatnonzero(root(dot(v, v)) > self.range_m[index] - side - slack)
         if len(cut):
             ball = distance_tangent(v[cut], self.range_m[index[cut]], side)
             share.cut(cut, ball.share(side, slack))
-        return share, value, normal
+        return share, mantle.value, mantle.normal
+
+    def quadrics(
+        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
+    ) -> Iterator[tuple[Rows, Any]]:
+        """See ``Parts.quadrics``: d^2 >= cos^2 a |v|^2, d >= 0, and |v|^2 <= range^2."""
+        axis, v = rows(self.axis, index), points - rows(self.apex, index)
+        d, share = dot(v, axis), (np.cos(self.half_angle) ** 2)[index]
+        yield slice(None), product(d, axis, d, axis) + within(0.0, v, share)
+        yield slice(None), plane(d, axis)
+        yield slice(None), within(self.range_m[index], v)
+
+    def ways(
+        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
+    ) -> Float[np.ndarray, "P N 3"]:
+        """See ``Beams.ways``: unit vectors; squares of places become circles about the axis."""
+        out = np.abs(place).max(axis=-1)
+        polar = np.asarray(self.half_angle)[index][:, None] * out
+        turn = np.arctan2(place[..., 1], place[..., 0])
+        return self._cap(index, polar, turn)
+
+    def _cap(self, k: Any, polar: Any, turn: Any) -> Float[np.ndarray, "*N 3"]:
+        """Return unit vectors at angles from the axis and around it, rad, which broadcast."""
+        axis = self.axis[k] if np.ndim(k) == 0 else self.axis[k][:, None]
+        out = np.sin(polar)[..., None] * self.across(k, turn)
+        way: np.ndarray = out + np.cos(polar)[..., None] * axis
+        return way
+
+    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
+        """See ``Beams.corners_across``: points of the rim, at ``length`` from the apex."""
+        turn, half = np.linspace(0, 2 * np.pi, 32, endpoint=False), float(self.half_angle[k])
+        return length * (self._cap(k, np.float64(half), turn) - np.asarray(self.axis[k]))
+
+    def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:
+        """See ``Beams.surface``: the apex and circles on the cap."""
+        turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+        polar = np.linspace(0, float(self.half_angle[k]), sides // 4)[:, None]
+        cap = self.range_m[k] * self._cap(k, polar, turn).reshape(-1, 3)
+        return self.out(k, np.vstack([np.zeros((1, 3)), cap])), None
 
     def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """See ``Cones.within``."""
-        axis, distance = self.axis[k], self.range_m[k] * unit[:, 0] ** (1 / 3)
-        across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-        across /= np.linalg.norm(across)
-        cosine = 1 - unit[:, 1] * (1 - np.cos(self.half_angle[k]))
-        rho, turn = np.sqrt(np.maximum(1 - cosine * cosine, 0)), 2 * np.pi * unit[:, 2]
-        aside = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(axis, across)
-        way = cosine[:, None] * axis + rho[:, None] * aside
-        point: np.ndarray = self.apex[k] + distance[:, None] * way
-        return point
-
-    def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Return the bounding box of the balls."""
-        apex, reach = np.asarray(self.apex), np.asarray(self.range_m)[:, None]
-        return np.stack([(apex - reach).min(axis=0), (apex + reach).max(axis=0)])
+        distance = self.range_m[k] * unit[:, 0] ** (1 / 3)
+        polar = np.arccos(1 - unit[:, 1] * (1 - np.cos(self.half_angle[k])))
+        way = self._cap(k, polar, 2 * np.pi * unit[:, 2])
+        return self.out(k, distance[:, None] * way)

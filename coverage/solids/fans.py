@@ -4,82 +4,69 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from ..arrays import Array, Index, Numbers, cross, dot, namespace, root, rows
+from ..arrays import Numbers, cross, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import CubePairs
-from .tangent_bounds import Tangent, TangentParts, away, curvature
+from .beams import BeamShape, Place, Sizes
+from .tangent_bounds import Tangent, away, curvature
 from .volume_fraction import VolumeFraction
 
 FULL = 1e-6  # rad, an opening this near to a full turn has no sides
 
 
-def fan(
-    points: Array,
-    apex: Array,
-    axis: Array,
-    up: Array,
-    half: Numbers,
-    half_thickness: Numbers,
-    range_m: Numbers,
-) -> Any:
-    """Return the implicit function of a fan: a circular sector about its axis, with a thickness.
-
-    With d along the unit axis, y along ``up`` and x along up x axis, the region is {|y| <= t,
-    hypot(d, x) <= range, |atan2(x, d)| <= a}, for half angles a up to half a turn. It is the
-    intersection of a slab, ``|y| - t``, a cylinder, ``hypot(d, x) - range``, and a wedge, ``|x| cos
-    a - d sin a``. The first two are distances less a constant. The last is the larger (a up to a
-    right angle) or the smaller (beyond) of two linear functions with gradients of length 1. All are
-    1-Lipschitz, hence so is their maximum. A full turn has no wedge.
-
-    Args:
-        points, apex: (..., 3) m.
-        axis, up: (..., 3), unit and perpendicular to each other.
-        half: (...) rad in (0, pi], half of the opening angle.
-        half_thickness: (...) m, t.
-        range_m: (...) m, radius of the sector.
-
-    Returns:
-        (...) m.
-    """
-    xp = namespace(points)
-    v = points - apex
-    d, x, y = dot(v, axis), dot(v, cross(up, axis)), dot(v, up)
-    sector = root(d * d + x * x) - range_m
-    wedge = xp.where(half > np.pi - FULL, sector, abs(x) * xp.cos(half) - d * xp.sin(half))
-    return xp.maximum(xp.maximum(abs(y) - half_thickness, sector), wedge)
-
-
 @tree
 @dataclass(frozen=True)
-class Fans(TangentParts):
-    """A union of fans."""
+class Fans(BeamShape):
+    """A union of fans: circular sectors about their axes; ``size`` is half the thickness, m.
 
-    apex: Float[Array, "K 3"]
-    """Apexes, m."""
-    axis: Float[Array, "K 3"]
-    """Unit axes, the middle of each sector."""
-    half_angle: Float[Array, " K"]
-    """Half angles of the sectors, rad, in (0, pi]."""
-    range_m: Float[Array, " K"]
-    """Radii, m."""
-    up: Float[Array, "K 3"]
-    """Unit normals of the sectors."""
-    half_thickness: Float[Array, " K"]
-    """Half thicknesses, m."""
+    With d along the axis, y along ``up``, the normal of the sector, and x along up x axis, a fan is
+    {|y| <= t, hypot(d, x) <= range, |atan2(x, d)| <= a}, for half angles a up to half a turn. It is
+    the intersection of a slab, ``|y| - t``, a cylinder, ``hypot(d, x) - range``, and a wedge,
+    ``|x| cos a - d sin a``. The first two are distances less a constant. The last is the larger (a
+    up to a right angle) or the smaller (beyond) of two linear functions with gradients of length 1.
+    All are 1-Lipschitz, hence so is their maximum. A full turn has no wedge.
+    """
 
-    def __len__(self) -> int:
-        return self.apex.shape[0]
+    key, title, most_deg, thick, oriented = "fan", "fan", (360.0, "at most 360"), True, True
 
-    def part(self, points: Array, index: Index) -> Any:
-        apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
-        numbers = (self.half_angle[index], self.half_thickness[index], self.range_m[index])
-        return fan(points, apex, axis, up, *numbers)
+    @staticmethod
+    def size_of(sensor: Any) -> float:
+        half: float = sensor.thickness / 2
+        return half
+
+    @staticmethod
+    def outer(s: Sizes) -> Any:
+        return namespace(s.half_angle).full_like(s.half_angle, np.pi)
+
+    @staticmethod
+    def inner(s: Sizes) -> Any:
+        return np.minimum(np.arctan(s.size / s.range_m), s.half_angle)
+
+    @staticmethod
+    def farthest(s: Sizes) -> Any:
+        return np.hypot(s.range_m, s.size)
+
+    @staticmethod
+    def volume(s: Sizes, near: Numbers) -> Any:
+        return s.half_angle * s.range_m**2 * 2 * s.size
+
+    @staticmethod
+    def terms(s: Sizes) -> tuple[Any, ...]:
+        xp = namespace(s.half_angle)
+        return s.half_angle, xp.cos(s.half_angle), xp.sin(s.half_angle), s.size, s.range_m
+
+    @staticmethod
+    def function(at: Place, half: Any, cosine: Any, sine: Any, flat: Any, range_m: Any) -> Any:
+        d, x = at.along, at.across
+        sector = root(d * d + x * x) - range_m
+        xp = namespace(sector)
+        wedge = xp.where(half > np.pi - FULL, sector, abs(x) * cosine - d * sine)
+        return xp.maximum(xp.maximum(abs(at.up) - flat, sector), wedge)
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
-        """Return bounds of the share of each pair's cube in its fan, and the nearer plane of its
-        slab, given by value and normal at the cube's centre.
+        """See ``TangentParts.each_share``; the plane is the nearer one of the slab.
 
         The slab and the wedge are bounded by planes, without curvature. The cylinder is convex and
         curves in one direction only, around ``up``, by 1 / hypot(d, x). A wedge beyond a right
@@ -94,7 +81,7 @@ class Fans(TangentParts):
         share = VolumeFraction(np.ones(len(index)), np.ones(len(index)))
         sides = []
         for sign in (1.0, -1.0):
-            slab = Tangent(sign * y - self.half_thickness[index], sign * up, flat)
+            slab = Tangent(sign * y - self.size[index], sign * up, flat)
             share = share & slab.share(side, slack)
             normal = sign * np.cos(half)[:, None] * across - np.sin(half)[:, None] * axis
             sides.append(
@@ -109,21 +96,49 @@ class Fans(TangentParts):
         low = np.where(full, 1.0, np.where(wide, either.low, both.low))
         high = np.where(full, 1.0, np.where(wide, either.high, both.high))
         upper = np.where(y < 0, -1.0, 1.0)
-        plane = upper * y - self.half_thickness[index], upper[:, None] * up
+        plane = upper * y - self.size[index], upper[:, None] * up
         return share & VolumeFraction(low, high), *plane
 
+    def ways(
+        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
+    ) -> Float[np.ndarray, "P N 3"]:
+        """See ``Beams.ways``: rays from the apex to the rim, which measure 1 in its plane."""
+        turn = np.asarray(self.half_angle)[index][:, None] * place[..., 0]
+        rise = (np.asarray(self.size) / np.asarray(self.range_m))[index][:, None] * place[..., 1]
+        side, up = self.sides(index)
+        axis = np.asarray(self.axis)[index][:, None]
+        way: np.ndarray = (
+            np.cos(turn)[..., None] * axis
+            + np.sin(turn)[..., None] * side[:, None]
+            + rise[..., None] * up[:, None]
+        )
+        return way
+
+    def _arc(self, k: int, points: int) -> Float[np.ndarray, "N 3"]:
+        """Return unit vectors in the plane of fan ``k``, from side to side."""
+        half, (side, _) = float(self.half_angle[k]), self.sides(k)
+        turn = np.linspace(-half, half, points)[:, None]
+        arc: np.ndarray = np.cos(turn) * np.asarray(self.axis[k]) + np.sin(turn) * side
+        return arc
+
+    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
+        """See ``Beams.corners_across``: points of the rim, at ``length`` from the apex."""
+        arc, thick = length * (self._arc(k, 33) - self.axis[k]), self.size[k] * self.up[k]
+        return np.concatenate([arc + thick, (arc - thick)[::-1]])
+
+    def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:
+        """See ``Beams.surface``: two sectors, one on each side of its plane."""
+        arc, thick = self.range_m[k] * self._arc(k, 2 * sides), self.size[k] * self.up[k]
+        sector = self.out(k, np.vstack([np.zeros((1, 3)), arc]))
+        i = np.arange(1, len(sector) - 1)
+        faces = np.stack([np.zeros_like(i), i, i + 1], axis=1)
+        both = np.vstack([sector - thick, sector + thick])
+        return both, np.vstack([faces[:, ::-1], faces + len(sector)])
+
     def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """Map numbers in the unit cube to points m spread evenly over part ``k``."""
-        up, axis = np.asarray(self.up[k]), np.asarray(self.axis[k])
+        (side, up), axis = self.sides(k), np.asarray(self.axis[k])
         distance = self.range_m[k] * np.sqrt(unit[:, 0])
         turn = self.half_angle[k] * (2 * unit[:, 1] - 1)
-        way = np.cos(turn)[:, None] * axis + np.sin(turn)[:, None] * cross(up, axis)
-        height = self.half_thickness[k] * (2 * unit[:, 2] - 1)
-        point: np.ndarray = self.apex[k] + distance[:, None] * way + height[:, None] * up
-        return point
-
-    def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Return the bounding box of balls that hold the fans."""
-        apex = np.asarray(self.apex)
-        reach = np.hypot(np.asarray(self.range_m), np.asarray(self.half_thickness))[:, None]
-        return np.stack([(apex - reach).min(axis=0), (apex + reach).max(axis=0)])
+        way = np.cos(turn)[:, None] * axis + np.sin(turn)[:, None] * side
+        height = self.size[k] * (2 * unit[:, 2] - 1)
+        return self.out(k, distance[:, None] * way + height[:, None] * up)

@@ -1,76 +1,77 @@
 """Square beams: pyramids with flat bases, the fields of view of multi-zone sensors."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..arrays import Array, Index, Numbers, cross, dot, namespace, rows
+from ..arrays import Numbers, cross, dot, namespace, rows
 from ..pytrees import tree
-from .base import CubePairs
-from .tangent_bounds import Tangent, TangentParts
+from .base import CubePairs, Rows
+from .beams import NIL, Place, Sizes
+from .cones import Cones
+from .quadrics import product
+from .tangent_bounds import Tangent
 from .volume_fraction import VolumeFraction
 
-
-def pyramid(
-    points: Array,
-    apex: Array,
-    axis: Array,
-    up: Array,
-    half: Numbers,
-    half_up: Numbers,
-    range_m: Numbers,
-) -> Any:
-    """Return the implicit function of a pyramid with a flat base; all arguments broadcast.
-
-    With d along the unit axis, y along ``up`` and x along up x axis, the region is {0 <= d <=
-    range, |x| <= d tan a, |y| <= d tan b}. It is the intersection of five half-spaces: |x| cos a -
-    d sin a, |y| cos b - d sin b, d - range. Each has a gradient of length 1, so their maximum is
-    1-Lipschitz.
-
-    Args:
-        points, apex: (..., 3) m.
-        axis, up: (..., 3), unit and perpendicular to each other.
-        half, half_up: (...) rad in (0, pi/2), half angles a and b.
-        range_m: (...) m, height of the pyramid.
-
-    Returns:
-        (...) m.
-    """
-    xp = namespace(points)
-    v = points - apex
-    d, x, y = dot(v, axis), dot(v, cross(up, axis)), dot(v, up)
-    sides = (abs(z) * xp.cos(a) - d * xp.sin(a) for z, a in ((x, half), (y, half_up)))
-    return xp.maximum(xp.maximum(*sides), d - range_m)
+_SIGNS = ((1, 1), (-1, 1), (-1, -1), (1, -1))  # of the corners of a base, in order around it
 
 
 @tree
 @dataclass(frozen=True)
-class Pyramids(TangentParts):
-    """A union of pyramids with flat bases."""
+class Pyramids(Cones):
+    """A union of pyramids with flat bases; ``size`` is the half angle along ``up``, rad.
 
-    apex: Float[Array, "K 3"]
-    """Apexes, m."""
-    axis: Float[Array, "K 3"]
-    """Unit axes."""
-    half_angle: Float[Array, " K"]
-    """Half angles across ``up``, rad, in (0, pi/2)."""
-    range_m: Float[Array, " K"]
-    """Heights, m."""
-    up: Float[Array, "K 3"]
-    """Unit vectors perpendicular to the axes."""
-    half_up: Float[Array, " K"]
-    """Half angles along ``up``, rad, in (0, pi/2)."""
+    With d along the axis, y along ``up`` and x along up x axis, a pyramid is {0 <= d <= range,
+    |x| <= d tan a, |y| <= d tan b}. It is the intersection of five half-spaces: |x| cos a -
+    d sin a, |y| cos b - d sin b, d - range. Each has a gradient of length 1, so their maximum is
+    1-Lipschitz.
+    """
 
-    def __len__(self) -> int:
-        return self.apex.shape[0]
+    title, square, oriented, closed = "pyramid", True, True, False
 
-    def part(self, points: Array, index: Index) -> Any:
-        apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
-        return pyramid(
-            points, apex, axis, up, self.half_angle[index], self.half_up[index], self.range_m[index]
-        )
+    @staticmethod
+    def size_of(sensor: Any) -> float:
+        half: float = sensor.fov_up / 2
+        return half
+
+    @staticmethod
+    def outer(s: Sizes) -> Any:
+        xp = namespace(s.size)
+        return xp.arctan(xp.hypot(xp.tan(s.half_angle), xp.tan(s.size)))
+
+    @staticmethod
+    def inner(s: Sizes) -> Any:
+        return namespace(s.size).minimum(s.half_angle, s.size)
+
+    @staticmethod
+    def volume(s: Sizes, near: Numbers) -> Any:
+        return 4 / 3 * (s.range_m**3 - near**3) * np.tan(s.half_angle) * np.tan(s.size)
+
+    @staticmethod
+    def base(s: Sizes, tilt: Any, height: Any, slack: Numbers) -> Any:
+        """See ``BeamShape.base``; also past the side that faces the ring's axis."""
+        xp, flat = namespace(tilt), Cones.base(s, tilt, height, slack)
+        lean = abs(tilt) - s.size
+        beside = slack + xp.where(tilt < 0, -1.0, 1.0) * height * xp.cos(lean)
+        side = beside / xp.maximum(xp.sin(lean), NIL)
+        facing = (s.size > 0) & (xp.sin(lean) > 0) & (xp.cos(tilt) > 0)
+        return xp.where(facing, xp.minimum(flat, side), flat)
+
+    @staticmethod
+    def terms(s: Sizes) -> tuple[Any, ...]:
+        xp, angles = namespace(s.half_angle), (s.half_angle, s.size)
+        return *(f(a) for a in angles for f in (xp.cos, xp.sin)), s.range_m
+
+    @staticmethod
+    def function(at: Place, *terms: Any) -> Any:
+        cosine, sine, cosine_up, sine_up, range_m = terms
+        x = abs(at.across) * cosine - at.along * sine
+        y = abs(at.up) * cosine_up - at.along * sine_up
+        xp = namespace(x)
+        return xp.maximum(xp.maximum(x, y), at.along - range_m)
 
     def planes(
         self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"]
@@ -82,38 +83,18 @@ class Pyramids(TangentParts):
         axis, up, v = rows(self.axis, index), rows(self.up, index), points - rows(self.apex, index)
         side, d = cross(up, axis), dot(v, axis)
         values, normals = [d - self.range_m[index]], [axis]
-        for across, half in ((side, self.half_angle[index]), (up, self.half_up[index])):
+        for across, half in ((side, self.half_angle[index]), (up, self.size[index])):
             c, s = np.cos(half), np.sin(half)
             for sign in (1.0, -1.0):
                 values.append(sign * dot(v, across) * c - d * s)
                 normals.append(sign * c[:, None] * across - s[:, None] * axis)
         return np.stack(values), np.stack(normals)
 
-    def ways(
-        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
-    ) -> Float[np.ndarray, "P N 3"]:
-        """Return vectors from the apex of each pyramid ``index`` through places of its section.
-
-        Places run from -1 to 1 from side to side, across ``up`` and along it. The vectors measure 1
-        m along the axis.
-        """
-        axis, up, half, half_up = (
-            np.asarray(a) for a in (self.axis, self.up, self.half_angle, self.half_up)
-        )
-        x = place[..., 0] * np.tan(half[index])[:, None]
-        y = place[..., 1] * np.tan(half_up[index])[:, None]
-        side = cross(up, axis)[index, None]
-        corner: np.ndarray = (
-            axis[index, None] + x[..., None] * side + y[..., None] * up[index, None]
-        )
-        return corner
-
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
-        """Return bounds of the share of each pair's cube in its pyramid, and its outermost plane.
+        """See ``TangentParts.each_share``; the plane is the outermost one.
 
-        The plane is given by value and normal at the cube's centre. All five surfaces are planes,
-        without curvature. Most cubes meet one of them. For a cube that several planes intersect,
-        the bounds of the planes are combined.
+        All five surfaces are planes, without curvature. Most cubes meet one of them. For a cube
+        that several planes intersect, the bounds of the planes are combined.
         """
         points, _, index, _, side, slack = pairs
         values, normals = self.planes(points, index)
@@ -123,29 +104,47 @@ class Pyramids(TangentParts):
             if cut.any():
                 plane = Tangent(value[cut], normal[cut], np.zeros(np.count_nonzero(cut)))
                 share.cut(cut, plane.share(side, slack))
-        furthest = values.argmax(axis=0)
-        at = np.arange(len(index))
+        furthest, at = values.argmax(axis=0), np.arange(len(index))
         return share, values[furthest, at], normals[furthest, at]
+
+    def quadrics(
+        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
+    ) -> Iterator[tuple[Rows, Any]]:
+        """See ``Parts.quadrics``: d^2 sin^2 a >= x^2 cos^2 a, also for y, and d (range - d) >= 0.
+
+        The last one excludes d < 0, as the others also hold behind the apex.
+        """
+        (end, *sides), (axis, *normals) = self.planes(points, index)
+        yield slice(None), product(end + self.range_m[index], axis, -end, -axis)
+        for i in (0, 2):
+            yield slice(None), product(*(a for j in (i, i + 1) for a in (-sides[j], -normals[j])))
+
+    def ways(
+        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
+    ) -> Float[np.ndarray, "P N 3"]:
+        axis, up = np.asarray(self.axis)[index], np.asarray(self.up)[index]
+        x, y = (
+            place[..., i] * np.tan(np.asarray(half)[index])[:, None]
+            for i, half in ((0, self.half_angle), (1, self.size))
+        )
+        side = cross(up, axis)[:, None]
+        way: np.ndarray = axis[:, None] + x[..., None] * side + y[..., None] * up[:, None]
+        return way
+
+    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
+        side, up = self.sides(k)
+        x, y = length * np.tan(self.half_angle[k]) * side, length * np.tan(self.size[k]) * up
+        return np.array([a * x + b * y for a, b in _SIGNS])
+
+    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        place = 2 * unit[None, :, 1:] - 1
+        way = self.ways(np.array([k]), place)[0]
+        return self.out(k, self.range_m[k] * unit[:, :1] ** (1 / 3) * way)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Return the bounding box of all apexes and all corners of bases."""
-        corners = np.concatenate([np.asarray(self.apex)[:, None], self.corners()], axis=1).reshape(
-            -1, 3
-        )
-        return np.stack([corners.min(axis=0), corners.max(axis=0)])
-
-    def corners(self) -> Float[np.ndarray, "K 4 3"]:
-        """Return the corners of the bases (K, 4, 3) m, in order around each."""
-        axis, up, height = (
-            np.asarray(self.axis),
-            np.asarray(self.up),
-            np.asarray(self.range_m)[:, None],
-        )
-        x, y = (
-            height * np.tan(np.asarray(half))[:, None] * e
-            for half, e in ((self.half_angle, cross(up, axis)), (self.half_up, up))
-        )
-        base = np.asarray(self.apex) + height * axis
-        return np.stack(
-            [base + a * x + b * y for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))], axis=1
-        )
+        way = self.ways(np.arange(len(self)), np.tile(np.array(_SIGNS, float), (len(self), 1, 1)))
+        apex = np.asarray(self.apex)[:, None]
+        corners = apex + np.asarray(self.range_m)[:, None, None] * way
+        both = np.concatenate([apex, corners], axis=1).reshape(-1, 3)
+        return np.stack([both.min(axis=0), both.max(axis=0)])

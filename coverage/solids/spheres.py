@@ -1,13 +1,16 @@
 """Balls as implicit functions."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Vector, rows
 from ..pytrees import tree
+from .base import Rows
+from .quadrics import within
 from .tangent_bounds import RoundParts
 
 
@@ -27,6 +30,12 @@ class Spheres(RoundParts):
     def away(self, points: Array, index: Index) -> Any:
         """See ``RoundParts.away``."""
         return points - rows(self.centre, index)
+
+    def quadrics(
+        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
+    ) -> Iterator[tuple[Rows, Any]]:
+        """See ``Parts.quadrics``: |v|^2 <= radius^2."""
+        yield slice(None), within(self.radius[index], self.away(points, index))
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         centre, radius = np.asarray(self.centre), np.asarray(self.radius)[:, None]

@@ -52,7 +52,8 @@ end
 
 def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
     """Return ``sensors.lua``. A cone there ends in a spherical cap at the range, not in a flat
-    base; a pyramid ends flat. Planar scanners are left out, with a comment."""
+    base; a pyramid ends flat. Beams that no cone holds, as of planar scanners, are left out, with a
+    comment."""
     used = sorted({placed.on_link(s)[0] for s in placed.sensors})
     links = [placed.carrier(BASE), *placed.links]
     names = dict(enumerate(plain_names(links), start=BASE))
@@ -66,8 +67,8 @@ def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
     )
     for s in placed.sensors:
         joint, T = placed.on_link(s)
-        if s.unit.shape == "fan":
-            text += f"    -- {s.name}: a planar scanner has no proximity sensor of its shape here\n"
+        if s.unit.outer_angle > math.pi / 2:  # its beam is no part of a cone from its apex
+            text += f"    -- {s.name}: a {s.unit.shape} has no proximity sensor of its shape here\n"
             continue
         kind = "PYRAMID" if s.unit.square else "CONE"
         text += (

@@ -12,7 +12,7 @@ from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.link_bodies import attached_at, carried_at
 from ...coverage.robots.robot import BASE
-from ...coverage.solids.sensor_beams import MixedBeams
+from ...coverage.solids.beams import Beams
 from ...objectives.feasibility.ring_envelopes import envelope
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
@@ -188,50 +188,12 @@ def _ring(placed: PlacedSetup, i: int, frame: int, colour: str) -> Iterator[_Par
         yield _Part(f"ring_{i}_envelope", around, frame, colour, _CLEAR)
 
 
-def _beam(cones: Any, k: int) -> Any:
-    """Return the beam of a sensor: the hull of its apex and the rim of its base, for a dome also of
-    its cap, or the sector of a fan."""
-    half, height, axis = cones.half_angle[k], cones.range_m[k], cones.axis[k]
-    special = cones.special if isinstance(cones, MixedBeams) else None
-    if special is not None and (special.dome[k] or special.half_thickness[k] > 0):
-        return (
-            _dome(cones, k) if special.dome[k] else _fan(cones, k, float(special.half_thickness[k]))
-        )
-    rim = cones.corners_across(k, height)
-    if len(rim) == 0:
-        x = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-        x = x / np.linalg.norm(x)
-        turn = np.linspace(0, 2 * np.pi, _SIDES, endpoint=False)[:, None]
-        rim = height * np.tan(half) * (np.cos(turn) * x + np.sin(turn) * np.cross(axis, x))
-    return trimesh.convex.convex_hull(
-        cones.apex[k] + np.vstack([np.zeros((1, 3)), height * axis + rim])
-    )
-
-
-def _dome(cones: MixedBeams, k: int) -> Any:
-    """Return a dome: the hull of its apex and of circles on its cap."""
-    turn = np.linspace(0, 2 * np.pi, _SIDES, endpoint=False)
-    polar = np.linspace(0, float(cones.half_angle[k]), _SIDES // 4)[:, None]
-    x, y = np.asarray(cones.up[k]), np.cross(cones.up[k], cones.axis[k])
-    across = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y  # (T, 3)
-    cap = np.sin(polar)[..., None] * across + np.cos(polar)[..., None] * np.asarray(cones.axis[k])
-    points = cones.range_m[k] * cap.reshape(-1, 3)
-    around = np.vstack([np.zeros((1, 3)), points])
-    return trimesh.convex.convex_hull(np.asarray(cones.apex[k]) + around)
-
-
-def _fan(cones: MixedBeams, k: int, half_thickness: float) -> Any:
-    """Return a fan as two sectors, one on each side of its plane."""
-    half, up = float(cones.half_angle[k]), np.asarray(cones.up[k])
-    turn = np.linspace(-half, half, 2 * _SIDES)[:, None]
-    axis, side = np.asarray(cones.axis[k]), np.cross(up, cones.axis[k])
-    arc = cones.range_m[k] * (np.cos(turn) * axis + np.sin(turn) * side)
-    sector = np.asarray(cones.apex[k]) + np.vstack([np.zeros((1, 3)), arc])
-    thick = half_thickness * up
-    i = np.arange(1, len(sector) - 1)
-    faces = np.stack([np.zeros_like(i), i, i + 1], axis=1)
-    both = np.vstack([sector - thick, sector + thick])
-    return trimesh.Trimesh(both, np.vstack([faces[:, ::-1], faces + len(sector)]), process=False)
+def _beam(cones: Beams, k: int) -> Any:
+    """Return the beam of a sensor."""
+    corners, faces = cones.surface(k, _SIDES)
+    if faces is None:
+        return trimesh.convex.convex_hull(corners)
+    return trimesh.Trimesh(corners, faces, process=False)
 
 
 def _add_points(scene: Any, placed: PlacedSetup) -> None:

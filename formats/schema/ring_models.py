@@ -8,7 +8,7 @@ from pydantic import Field
 from ...coverage.definitions.field_types import Metres
 from ...coverage.rings.ring import RING_RADIUS, SERIAL, Ring, Setup
 from ...coverage.rings.rounding import DIGITS_POSITION, phase_deg, tilt_deg
-from ...coverage.sensors.sensor import Sensor
+from ...coverage.sensors.sensor import Sensor, Shape
 from .base_model import StrictModel
 from .field_types import Position, RingRadius, Tilt
 from .mapping import MappedModel, Of, Unit, decimals
@@ -112,7 +112,7 @@ class SpecialConeRow(SquareConeRow):
     thickness of a fan (0 for others), and that distance."""
 
     fov_deg: float = Field(gt=0, le=360, description="full field of view, degrees")
-    shape: Literal["beam", "dome", "fan"] = Field(description="shape of the beam")
+    shape: Shape = Field(description="shape of the beam")
     thickness_m: float = Field(ge=0, le=100, description="thickness of a fan, m; 0: no fan")
     near_m: float = Field(
         ge=0, le=100, description="distance along the axis at which a cone or pyramid begins, m"

@@ -12,10 +12,9 @@ import numpy as np
 
 from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
-from ...coverage.rings.ring_kinematics import any_square, sensor_cones
+from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
 from ...coverage.sensors.sensor import Sensor
-from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.scene import Scene
 from ..csv_rows import csv_rows
 from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
@@ -39,14 +38,14 @@ def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) 
     writer = csv.writer(text, lineterminator="\n")
     sensors = [group.sensor for group in setup.groups for _ in range(group.count)]
     special = any(sensor.special for sensor in sensors)
-    square = SQUARE_COLUMNS if any_square(setup.groups) else COLUMNS
-    writer.writerow(SPECIAL_COLUMNS if special else square)
+    plain = all(sensor.plain for sensor in sensors)
+    writer.writerow(SPECIAL_COLUMNS if special else COLUMNS if plain else SQUARE_COLUMNS)
     for p in range(len(scene.poses)) if poses is None else poses:
         c = sensor_cones(scene.robot, setup, scene.poses[p].q)
         for n, (i, k) in enumerate(setup.labels):
             values = [*c.apex[n], *c.axis[n], 2 * np.degrees(c.half_angle[n]), c.range_m[n]]
-            if isinstance(c, MixedBeams):
-                values += [2 * np.degrees(c.half_up[n]), *c.up[n]]
+            if c.up is not None:
+                values += [2 * math.degrees(sensors[n].half_angle_up), *c.up[n]]
             row: list[float | str] = [p, i, k, *(round(float(v), _DIGITS) + 0.0 for v in values)]
             if special:
                 row += [sensors[n].shape, sensors[n].thickness or 0.0, sensors[n].near_m]

@@ -58,20 +58,15 @@ class Profile:
 
         Its nodes resolve Gaussians of standard deviation ``sigma``, if ``resolves`` is true.
         """
-        reach, slope = sensor.range_m, math.tan(sensor.circumscribed_half_angle)
-        low, high = sensor.near_m, reach
-        if sensor.shape != "beam":
-            reach = sensor.farthest
-            low, high = min(0.0, reach * math.cos(min(sensor.half_angle, math.pi))), reach
+        low, high = sensor.near_m, sensor.range_m
+        if not sensor.form.ends_flat:
+            high = sensor.farthest
+            low = min(0.0, high * math.cos(sensor.half_angle))
         node, weight = np.polynomial.legendre.leggauss(
             min(max(_NODES, math.ceil(_PER_SIGMA * (high - low) / sigma)), _MOST)
         )
         along = low + (high - low) * (node + 1) / 2
-        radius = along * slope
-        if sensor.shape != "beam":
-            ball = np.sqrt(np.maximum(reach**2 - along**2, 0.0))
-            narrow = sensor.shape == "dome" and sensor.half_angle < 1.4
-            radius = np.minimum(ball, along * math.tan(sensor.half_angle)) if narrow else ball
+        radius = sensor.form.radius(sensor.sizes, along)
         return Profile(along, weight * (high - low) / 2, np.maximum(radius, 0.0))
 
     def resolves(self, sigma: float) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Group, Ring, Setup, ring_values
-from ...coverage.rings.ring_kinematics import RingArrays, any_square, ring_arrays
+from ...coverage.rings.ring_kinematics import RingArrays, ring_arrays
 from ...coverage.rings.rounding import rounded
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import ELECTRONICS, commonest_tilt, faults, held
@@ -78,7 +78,6 @@ class RedesignProblem:
         self.mounted = rounded(mounted, scene.sensor)
         self.before: Rings = (*self.mounted.rings, *(None,) * places)
         self.sensors = self.mounted.sensors + add_sensors
-        self.square = any_square(self.mounted.rings) or scene.square
         self.still: tuple[Group, ...] = (*self.mounted.singles, *scene.cell_sensors)
         self.fixed, self._missing = held(scene, self.mounted.rings)
         self.clear = MountClearance(scene) if scene.real else None
@@ -233,8 +232,8 @@ class RedesignProblem:
 
     def _arrays(self, rings: list[Group]) -> RingArrays:
         sensors = self.sensors + len(self.scene.cell_sensors)
-        special = any(s.special for s in self.scene.sensors)
-        return ring_arrays(self.scene.robot, tuple(rings), sensors, self.square, special)
+        possible = (*self.scene.sensors, *(g.sensor for g in self.mounted.groups))
+        return ring_arrays(self.scene.robot, tuple(rings), sensors, possible)
 
     def read(self, placed: EncodedSetup, values: Values) -> Touched:
         """Decode ``values`` to a touched setup; phases differ from the mounted ones as little as

@@ -97,7 +97,7 @@ class Space(FeasibleSet):
         rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
         sensors = self.sensors + len(self.scene.standing)
         every = (*rings, *self.held)
-        arrays = ring_arrays(self.scene.robot, every, sensors, self.square, self.special)
+        arrays = ring_arrays(self.scene.robot, every, sensors, self.possible)
         return arrays, self.stretch(c)
 
     def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Group, Ring, Setup
-from ...coverage.rings.ring_kinematics import any_square
 from ...objectives.feasibility.board_fit import board_of, fitting_tilts, most_wired, unwired
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.link_segments import (
@@ -87,9 +86,10 @@ class FeasibleSet:
         if each is not None:
             self.free = (self.rings or 0) * each
         self.sensors = self.free + held
-        self.square = scene.square or any_square(self._given)
-        groups = layout.groups if layout else ()
-        self.special = any(s.special for s in (*scene.sensors, *(g.sensor for g in groups)))
+        given = () if layout is None else layout.groups
+        self.possible = (*scene.sensors, *(group.sensor for group in given))
+        """Sensors that setups may have."""
+        self.square = scene.square or not all(ring.sensor.plain for ring in self._given)
         self.least, self.most = scene.rules.sensors if each is None else (each, each)
         if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
             raise InfeasibleError(

@@ -12,8 +12,8 @@ from ...coverage.rings.ring import Ring
 from ...coverage.robots.near_volume import GrownPolyhedron
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.base import Difference, Intersection, Solid, Union
+from ...coverage.solids.beams import Beams
 from ...coverage.solids.capsules import Capsules
-from ...coverage.solids.cones import Cones
 from ...coverage.solids.polyhedra import Polyhedra, Polyhedron
 from ...coverage.solids.spheres import Spheres
 from ...coverage.solids.swept_tube import Tube
@@ -169,7 +169,7 @@ def band(scene: Scene, frames: Any, ring: Ring) -> Any:
     return circles(np.array([origin + R @ end for end in ends]), R @ m.axis, ring.radius)
 
 
-def rim_of(cones: Cones, k: int, length: float) -> Any:
+def rim_of(cones: Beams, k: int, length: float) -> Any:
     """Return points (_, 3) m around beam ``k`` at ``length`` m along its axis.
 
     They form a circle, or the corners of a square beam.
@@ -180,7 +180,7 @@ def rim_of(cones: Cones, k: int, length: float) -> Any:
     return circle(centre, cones.axis[k], float(length * np.tan(cones.half_angle[k])))
 
 
-def lengths_within(cones: Cones, outer: Solid) -> Any:
+def lengths_within(cones: Beams, outer: Solid) -> Any:
     """Return the length (K,) m at which each cone is drawn.
 
     It ends where its axis leaves the target for the last time, but not beyond its range.

@@ -19,6 +19,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.capsules import Capsules
+from ...coverage.solids.cones import around
 from ...coverage.solids.segments import segment_to_segment
 from ...objectives.scene import Scene
 from ..poses.clear import from_cell
@@ -122,12 +123,12 @@ def seen(
         np.inf,
     )
     found, pairs = np.zeros(len(points), bool), []
-    reach, around, square = rod.length / 2 + rod.radius, beams.around(), beams.is_square()
+    reach, cones, rays = rod.length / 2 + rod.radius, around(beams), beams.by_rays()
     for k in np.flatnonzero(np.ones(len(beams), bool) if alive is None else alive):
         left = np.flatnonzero(~found)
-        off = around.part(points[left], int(k))
+        off = cones.part(points[left], int(k))
         near = left[off <= reach]
-        if not square[k]:
+        if not rays[k]:
             one = (beams.apex[k], beams.axis[k], beams.half_angle[k], beams.range_m[k])
             found[near] = ball_in_cone(*one, points[near], np.array(rod.radius))[0] < limit[k]
         near = near[~found[near]]

@@ -20,12 +20,13 @@ from ...coverage.rings.ring_kinematics import ring_arrays, ring_beams
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ...coverage.robots.robot import Robot
+from ...coverage.solids.beams import Beams
 from ...coverage.solids.capsules import Capsules
+from ...coverage.solids.cones import around
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.segments import point_to_segment
-from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.scene import Scene
-from .ray_fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
+from .ray_fan import nearest_by_rays, ray_to_capsule, ray_to_polyhedron
 
 NOTHING, ROBOT, CELL, ROD = -1, 0, 1, 2  # what a sensor reads
 _FEW, _MANY = 1 << 9, 1 << 12  # pairs of beam and capsule per batch: two compilations
@@ -73,25 +74,23 @@ def expected(
     return Expected(distance, np.where(np.isfinite(distance), found.argmin(axis=0), NOTHING))
 
 
-def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> MixedBeams:
+def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Beams:
     """Return the T times K beams of all sensors at all joint vectors, in the base frame."""
-    here, v = ring_arrays(scene.robot, setup.groups, square=True), ring_values(setup.groups)
+    here, v = ring_arrays(scene.robot, setup.groups), ring_values(setup.groups)
     frames = forward(scene.robot.chain, np.asarray(joints, float))
     apex, axis, up = (
         np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames)
     )
     shapes = mapped(lambda a: np.tile(np.asarray(a), len(joints)), here.beams)
-    beams = shapes.solids(apex, axis, up)
-    assert isinstance(beams, MixedBeams)
-    return beams
+    return shapes.solids(apex, axis, up)
 
 
-def only(beams: MixedBeams, some: Any) -> MixedBeams:
+def only(beams: Beams, some: Any) -> Beams:
     """Select beams by a mask or by indices."""
     return mapped(lambda a: a[some], beams)
 
 
-def to_cell(beams: MixedBeams, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, " R"]:
+def to_cell(beams: Beams, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, " R"]:
     """Return the distance (R,) m of the nearest of several convex bodies in each of R beams;
     infinite if none is in it, 0 inside one.
     """
@@ -101,7 +100,7 @@ def to_cell(beams: MixedBeams, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarr
 
 
 def _to_carried(
-    robot: Robot, beams: MixedBeams, of: Int[np.ndarray, " R"], poses: Float[np.ndarray, "P J"]
+    robot: Robot, beams: Beams, of: Int[np.ndarray, " R"], poses: Float[np.ndarray, "P J"]
 ) -> Float[np.ndarray, " R"]:
     """Return the distance (R,) m of the nearest polyhedron that the robot carries in each of R
     beams at the poses ``of`` (R,); infinite if none is in it."""
@@ -112,7 +111,7 @@ def _to_carried(
     return distance
 
 
-def to_body(beams: MixedBeams, body: Polyhedron) -> Float[np.ndarray, " R"]:
+def to_body(beams: Beams, body: Polyhedron) -> Float[np.ndarray, " R"]:
     """Return the same for one body."""
     found = np.full(len(beams), np.inf)
     near: np.ndarray = np.arange(len(beams))
@@ -123,13 +122,13 @@ def to_body(beams: MixedBeams, body: Polyhedron) -> Float[np.ndarray, " R"]:
             outside(beams, middle) <= np.linalg.norm(corners - middle, axis=1).max() + _NEAR
         )
     some = only(beams, near)
-    square, distance = some.is_square(), np.full(len(near), np.inf)
-    if not square.all():
-        looks = Beam(*(np.asarray(getattr(some, key))[~square] for key in Beam._fields))
-        distance[~square] = polyhedron_in_beam(looks, body)
-    if square.any():
-        distance[square] = _in_square(
-            only(some, square), lambda row, origin, way: ray_to_polyhedron(origin, way, body)
+    rays, distance = some.by_rays(), np.full(len(near), np.inf)
+    if not rays.all():
+        looks = Beam(*(np.asarray(getattr(some, key))[~rays] for key in Beam._fields))
+        distance[~rays] = polyhedron_in_beam(looks, body)
+    if rays.any():
+        distance[rays] = nearest_by_rays(
+            only(some, rays), lambda row, origin, way: ray_to_polyhedron(origin, way, body)
         )
     distance[body(some.apex) <= 0] = 0.0
     found[near] = distance
@@ -137,7 +136,7 @@ def to_body(beams: MixedBeams, body: Polyhedron) -> Float[np.ndarray, " R"]:
 
 
 def to_capsules(
-    beams: MixedBeams,
+    beams: Beams,
     of: Int[np.ndarray, " R"],
     capsules: Capsules,
     within: Float[np.ndarray, " R"],
@@ -169,26 +168,26 @@ def to_capsules(
 
 
 def in_beams(
-    beams: MixedBeams,
+    beams: Beams,
     start: Float[np.ndarray, "R 3"],
     end: Float[np.ndarray, "R 3"],
     radius: Float[np.ndarray, " R"],
 ) -> Float[np.ndarray, " R"]:
     """Return the distance (R,) m of capsule r in beam r; infinite if the beam misses it."""
-    square, found = beams.is_square(), np.full(len(beams), np.inf)
-    if not square.all():
-        r = ~square
+    rays, found = beams.by_rays(), np.full(len(beams), np.inf)
+    if not rays.all():
+        r = ~rays
         rows = (beams.apex, beams.axis, beams.half_angle, beams.range_m, start, end, radius)
         found[r] = slabs(
             _capsules, tuple(a[r] for a in rows), size=_FEW if r.sum() <= 2 * _FEW else _MANY
         )
-    if square.any():
-        a, b, thick = start[square], end[square], radius[square]
+    if rays.any():
+        a, b, thick = start[rays], end[rays], radius[rays]
 
         def hit(row: Any, origin: Any, way: Any) -> Any:
             return ray_to_capsule(origin, way, a[row, None], b[row, None], thick[row, None])
 
-        found[square] = _in_square(only(beams, square), hit)
+        found[rays] = nearest_by_rays(only(beams, rays), hit)
     return found
 
 
@@ -198,11 +197,7 @@ def _capsules(rows: Any, fixed: Any) -> Any:
     return capsule_in_beam(Beam(apex, axis, half, range_m), start, end, radius)[0]
 
 
-def outside(beams: MixedBeams, points: Any) -> Any:
+def outside(beams: Beams, points: Any) -> Any:
     """Return a lower bound (m) on the distance of points (3,) or (R, 3) from the beams."""
     points = np.array(np.broadcast_to(points, beams.apex.shape))
-    return beams.around().part(points, np.arange(len(beams)))
-
-
-def _in_square(beams: MixedBeams, hit: Any) -> Any:
-    return nearest_in_square(beams.pyramids(), hit)
+    return around(beams).part(points, np.arange(len(beams)))

@@ -1,4 +1,5 @@
-"""Reading of a square beam: the nearest body hit by a fan of rays, refined around the nearest ray.
+"""Reading of a beam that is no cone: the nearest body hit by a fan of rays, refined around the
+nearest ray.
 
 The beam of a multi-zone sensor is a pyramid, and we have no closed form for the nearest point of a
 capsule in it. A fan of 33 by 33 rays, border included, detects everything wider than the gap
@@ -12,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.arrays import dot
+from ...coverage.solids.beams import Beams
 from ...coverage.solids.polyhedra import Polyhedron, crossing
-from ...coverage.solids.pyramids import Pyramids
 
 RAYS, FINER = 33, 9  # rays per side, of the first fan and of the finer ones
 _ROUNDS = 4
@@ -54,8 +55,8 @@ def ray_to_polyhedron(origin: Any, direction: Any, body: Polyhedron) -> Any:
     return np.where(enter <= leave, enter, np.inf)
 
 
-def nearest_in_square(beams: Pyramids, hit: Any) -> Float[np.ndarray, " R"]:
-    """Return the distance (R,) m of the first hit in each of R square beams, infinite without one.
+def nearest_by_rays(beams: Beams, hit: Any) -> Float[np.ndarray, " R"]:
+    """Return the distance (R,) m of the first hit in each of R beams, infinite without one.
 
     Args:
         beams: R of them.

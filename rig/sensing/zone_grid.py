@@ -21,7 +21,7 @@ def zone_grid(sensor: Sensor) -> tuple[int, int]:
     """Return the rows of zones of a sensor, and the zones in a row, that its frames hold: (1, 1)
     for a sensor of one zone, and for one of more than a frame holds.
     """
-    if not (sensor.square and sensor.zones > 1):
+    if sensor.zones == 1:
         return 1, 1
     model = None if sensor.use is None else model_of(sensor.use)
     rows = model.rows if model is not None and model.zones == sensor.zones else sensor.zones

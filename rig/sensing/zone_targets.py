@@ -16,9 +16,9 @@ from ...coverage.arrays import dot
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
+from ...coverage.solids.beams import Beams
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.polyhedra import Polyhedron
-from ...coverage.solids.sensor_beams import MixedBeams
 from ...objectives.scene import Scene
 from .expected import beams_at, only, outside
 from .ray_fan import ray_to_capsule, ray_to_polyhedron
@@ -106,18 +106,18 @@ def _alone(setup: Setup, ring: int) -> Setup:
     return Setup(rings) if rings else Setup((), setup.singles[ring - len(setup.rings) :][:1])
 
 
-def _rays(beams: MixedBeams, rows: int, columns: int) -> Float[np.ndarray, "B N 3"]:
+def _rays(beams: Beams, rows: int, columns: int) -> Float[np.ndarray, "B N 3"]:
     """Return unit rays, from the upper left of each picture on, row by row."""
     up = np.linspace(1, -1, _STEPS * rows + 1)
     left = np.linspace(1, -1, _STEPS * columns + 1)  # along up x axis, which points left
     at = np.stack(np.meshgrid(left, up), axis=-1).reshape(1, -1, 2)
-    way = beams.pyramids().ways(np.arange(len(beams)), np.repeat(at, len(beams), axis=0))
+    way = beams.ways(np.arange(len(beams)), np.repeat(at, len(beams), axis=0))
     unit: np.ndarray = way / np.sqrt(dot(way, way))[..., None]
     return unit
 
 
 def _within(
-    beams: MixedBeams, rays: Float[np.ndarray, "#B N 3"], distance: Float[np.ndarray, "B N"]
+    beams: Beams, rays: Float[np.ndarray, "#B N 3"], distance: Float[np.ndarray, "B N"]
 ) -> Float[np.ndarray, "B N"]:
     """Return the distances of hits in the beams' range, infinite for others; one beam serves for
     all hits.

@@ -6,7 +6,7 @@ from pathlib import Path
 from ...reporting.pages import csv_text, escaped, table
 from ..engine.pages import FILE, page, setups_toml
 from .figure import layouts_figure
-from .study import TARGETS, VOXEL, WIDTH, ScoredLayout, beam
+from .study import TARGETS, VOXEL, WIDTH, ScoredLayout
 
 _NAMES = [str(target) for target in TARGETS]
 _INCOMPLETE = "† A part of the robot's body is missing; the source below names it.\n\n"
@@ -83,7 +83,7 @@ def _name(row: ScoredLayout) -> str:
 
 def _compared(row: ScoredLayout) -> list[str]:
     scene = row.layout.scene
-    head = [_name(row), scene.robot.name, f"{row.sensors}", beam(scene.sensor)]
+    head = [_name(row), scene.robot.name, f"{row.sensors}", scene.sensor.text]
     return [*head, *_pairs(row.score.shadow, row.proposed.shadow)]
 
 
@@ -101,7 +101,7 @@ def _sources(rows: Sequence[ScoredLayout]) -> Iterator[str]:
         yield f"- source: {escaped(about.source)}; read {about.date}"
         yield f"- licence: {escaped(about.licence)}"
         yield f"- poses: {escaped(about.how)}"
-        yield f"- beam: {beam(row.layout.scene.sensor)}; {escaped(about.beam_source)}"
+        yield f"- beam: {row.layout.scene.sensor.text}; {escaped(about.beam_source)}"
         yield f"- {_lifted(row)}"
         for note in filter(None, (about.note, *row.layout.notes)):
             yield f"- {escaped(note)}"

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from ...coverage.definitions.errors import UserError
-from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets.named import ReachAndToolSpheres, Shell
 from ...formats.layouts.layout import SUFFIXES, PublishedLayout, read_layout
 from ...placement.space.design import Space
@@ -198,16 +197,3 @@ def _scores(
         counted = part("ignore", "zeta"), part("shadow", "zeta")
         scores.append(Score(*counted, part("certified", "low"), part("certified", "high")))
     return scores
-
-
-def beam(sensor: Sensor) -> str:
-    """Return a sensor's beam in a few words."""
-    from math import degrees
-
-    if sensor.shape == "dome":
-        return f"dome of {degrees(sensor.fov):.3g}°, {sensor.range_m:.3g} m"
-    if sensor.shape == "fan":
-        return f"fan of {degrees(sensor.fov):.3g}°, {sensor.range_m:.3g} m"
-    up = "" if sensor.fov_up is None else f" × {degrees(sensor.fov_up):.3g}°"
-    kind = "cone" if sensor.fov_up is None else "pyramid"
-    return f"{kind} of {degrees(sensor.fov):.3g}°{up}, {sensor.range_m:.3g} m"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.occlusion.occluded_beams import Beams
+from place_rings.coverage.occlusion.occluded_beams import OccludedBeams
 from place_rings.coverage.occlusion.occluders import Occluders, beams
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
@@ -59,7 +59,9 @@ def test_drawn_scenes_have_occluders():
     @given(SCENES)
     def look(scene):
         seen = beams(scene.cones, scene.occluders, "shadow")
-        occluded.append(isinstance(seen, Beams) and any(s.first[-1] > 0 for s in seen.shadows))
+        occluded.append(
+            isinstance(seen, OccludedBeams) and any(s.first[-1] > 0 for s in seen.shadows)
+        )
 
     look()
     assert sum(occluded) > len(occluded) / 4

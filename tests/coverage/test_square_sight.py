@@ -15,7 +15,7 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.cones import Cones, around
 from place_rings.coverage.solids.polyhedra import box, half_space, hull
 from place_rings.coverage.solids.segments import segment_to_segment
 from place_rings.coverage.solids.sensor_beams import MixedBeams
@@ -112,11 +112,11 @@ def test_counts_are_the_dense_counts(b, bodies, occlusion):
 def test_a_square_beam_holds_what_lines_of_sight_leave_blinded_or_not(b, bodies, rng):
     points = rng.uniform(-0.7, 0.7, (2000, 3))
     shadowed, blinded = (beams(b, Occluders(bodies), how) for how in MODELS)
-    around, alone = b.around(), beams(round_ones(b), Occluders(bodies), "blind")
-    blind_around = beams(around, Occluders(bodies), "blind")
+    cones, alone = around(b), beams(round_ones(b), Occluders(bodies), "blind")
+    blind_around = beams(cones, Occluders(bodies), "blind")
     for k in range(len(b)):
         value, within = shadowed.part(points, k), b.part(points, k) <= 0
-        assert np.all(around.part(points[within], k) <= 1e-12)
+        assert np.all(cones.part(points[within], k) <= 1e-12)
         gap = segment_to_segment(
             b.apex[k][None, None], points[:, None], bodies.start[None], bodies.end[None]
         )

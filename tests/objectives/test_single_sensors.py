@@ -74,8 +74,8 @@ def test_the_single_sensors_of_a_ring_have_its_beams(setup, name):
     squares = tuple(replace(r, sensor=SQUARE) for r in setup.rings[::2])
     setup, q = Setup((*setup.rings, *squares)), np.linspace(-1, 1, len(robot.chain))
     one, other = (sensor_cones(robot, s, q) for s in (setup, in_singles(robot, setup)))
-    for key in ("apex", "axis", "half_angle", "range_m", "up", "half_up"):
-        square = other.half_up > 0 if key == "up" else slice(None)
+    for key in ("apex", "axis", "half_angle", "range_m", "up", "size"):
+        square = other.size > 0 if key == "up" else slice(None)
         np.testing.assert_allclose(
             getattr(one, key)[square], getattr(other, key)[square], rtol=0, atol=1e-12
         )

@@ -28,7 +28,7 @@ from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.soft_terms import Sample
 
 from ..strategies.rings import rings
-from ..strategies.singles import FANS, RANGES_MM, beam, dome, singles
+from ..strategies.singles import FANS, KINDS, RANGES_MM, beam, dome, singles
 from ..strategies.units import GENERATORS
 from ..support.rails import carried
 
@@ -93,7 +93,7 @@ def setups(three, most: int) -> st.SearchStrategy[Setup]:
 def arrays_of(scene: Scene, setup: Setup):
     """Arrays and values of a setup's rings, and the cell's sensors, padded."""
     groups, v = scene.with_cell(setup).groups, ring_values(scene.with_cell(setup).groups)
-    arrays = ring_arrays(scene.robot, groups, SENSORS, special=True)
+    arrays = ring_arrays(scene.robot, groups, SENSORS, KINDS)
     return arrays, np.stack([v.position, v.tilt, v.phase])
 
 

@@ -10,7 +10,6 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.segments import point_to_segment
-from place_rings.coverage.solids.sensor_beams import MixedBeams
 from place_rings.rig.sensing.expected import (
     CELL,
     NOTHING,
@@ -23,19 +22,20 @@ from place_rings.rig.sensing.expected import (
 )
 from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
 
+from ..strategies.solids import square_beams
 from ..support.drawing import unit
 from .cell import BOX, FLOOR, SCENE, SETUP, SQUARE
 
-RAYS, NOT = 1500, np.array([False])
+RAYS = 1500
 
 
 def rays(beams, k, rng):
     """Unit rays (N, 3) in beam k, border included, and how far each goes, m."""
-    axis, up = beams.axis[k], beams.up[k]
-    if beams.half_up[k] > 0:
+    axis, (_, up) = beams.axis[k], beams.sides(k)
+    if beams.by_rays()[k]:
         x, y = (
             np.tan(h[k]) * rng.choice([-1, 1, *rng.uniform(-1, 1, RAYS)], RAYS)
-            for h in (beams.half_angle, beams.half_up)
+            for h in (beams.half_angle, beams.size)
         )
     else:
         rho = np.tan(beams.half_angle[k]) * np.sqrt(rng.random(RAYS))
@@ -114,14 +114,13 @@ def test_a_floor_is_seen_at_its_foot_within_half_the_beam_and_along_its_side_bey
     half, high = 0.25, 0.7
     axis = np.array([[math.sin(lean), 0.0, -math.cos(lean)]])
     up = np.array([[math.cos(lean), 0.0, math.sin(lean)]])
-    beam = MixedBeams(
+    beam = square_beams(
         np.array([[0.2, 0.1, high - 0.75]]),
         axis,
         np.array([half]),
         np.array([2.0]),
         up,
         np.array([half_up]),
-        NOT,
     )
     wanted = high / math.cos(max(lean - half, 0.0))
     found = to_cell(beam, (FLOOR.body,))[0]
@@ -129,8 +128,8 @@ def test_a_floor_is_seen_at_its_foot_within_half_the_beam_and_along_its_side_bey
 
 
 def test_a_sensor_within_something_reads_nought_and_one_before_nothing_reads_nothing():
-    one = MixedBeams(
-        *(np.array([v]) for v in ([-0.7, 0.5, -0.45], [1.0, 0, 0], 0.2, 1.0, [0, 0, 1.0], 0.0)), NOT
+    one = square_beams(
+        *(np.array([v]) for v in ([-0.7, 0.5, -0.45], [1.0, 0, 0], 0.2, 1.0, [0, 0, 1.0], 0.0))
     )
     assert to_cell(one, (BOX.body,))[0] == 0
     assert np.isinf(to_cell(one, ())[0])

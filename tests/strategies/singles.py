@@ -42,6 +42,8 @@ DOMES = st.builds(dome, st.integers(20, 180), RANGES_MM)
 FANS = st.builds(fan, st.integers(20, 360), RANGES_MM, st.integers(20, 300))
 SENSORS = BEAMS | DOMES | FANS
 """Sensors of any shape."""
+KINDS = (beam((30, 0), 500, 0), beam((30, 20), 500, 5), dome(30, 500), fan(30, 500, 20))
+"""One sensor of each shape, one of which begins at a distance."""
 
 
 def single(

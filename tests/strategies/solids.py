@@ -12,7 +12,8 @@ from place_rings.coverage.solids.base import Difference, Intersection, Solid, Un
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import Polyhedron, box, hull
-from place_rings.coverage.solids.sensor_beams import MixedBeams
+from place_rings.coverage.solids.pyramids import Pyramids
+from place_rings.coverage.solids.sensor_beams import SHAPES, MixedBeams
 from place_rings.coverage.solids.spheres import Spheres
 from place_rings.coverage.solids.swept_tube import Tube
 from scipy.spatial.transform import Rotation
@@ -66,18 +67,23 @@ def cones(beams: list[Beam]) -> Cones:
     return Cones(metres(apex), directions(facing), np.radians(fov) / 2, metres(range_mm))
 
 
+def square_beams(apex, axis, half, range_m, up, half_up) -> MixedBeams:
+    """Pyramids of several zones, and cones where ``half_up`` is 0."""
+    square = half_up > 0
+    which = tuple({Cones: ~square, Pyramids: square}.get(shape) for shape in SHAPES)
+    return MixedBeams(apex, axis, half, range_m, up, half_up, which, None, square)
+
+
 def mixed(cones: list[Beam], pyramids: list[Beam]) -> MixedBeams:
     """The union of beams of both shapes, the cones first; each pyramid has several zones."""
     apex, facing, fov, range_mm, roll, fov_up = zip(*cones, *pyramids, strict=True)
-    half_up = np.radians(fov_up) / 2
-    return MixedBeams(
+    return square_beams(
         metres(apex),
         directions(facing),
         np.radians(fov) / 2,
         metres(range_mm),
         ups(facing, roll),
-        half_up,
-        half_up > 0,
+        np.radians(fov_up) / 2,
     )
 
 
@@ -144,7 +150,7 @@ def padded(cones: Cones, number: int) -> Cones:
     spare = number - len(cones)
     ahead = np.tile([1.0, 0, 0], (spare, 1))
     blind = np.zeros((spare, 3)), ahead, np.full(spare, 0.2), np.full(spare, -np.inf)
-    pairs = zip(vars(cones).values(), blind, strict=True)
+    pairs = zip((cones.apex, cones.axis, cones.half_angle, cones.range_m), blind, strict=True)
     return Cones(*(np.concatenate(pair) for pair in pairs))
 
 
