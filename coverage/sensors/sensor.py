@@ -20,7 +20,7 @@ from .boards import Board
 from .effective_range import Step, Use, model_of, steps
 from .sensor_model import Model
 
-Shape = Literal["beam", "dome", "fan"]
+Shape = Literal["beam", "dome", "fan", "frustum"]
 _SAME = 1e-6  # degrees and metres
 # The catalogue may become more precise; a file keeps a beam that it states and that is as near to
 # the catalogue's as this: degrees of an angle, and a share of a range.
@@ -29,7 +29,7 @@ _CLOSE_ANGLE, _CLOSE_RANGE = 0.2, 0.02
 
 @definition
 class Sensor:
-    """A sensor whose beam is a cone or a pyramid, a dome or a fan.
+    """A sensor whose beam is a cone or a pyramid, a dome, a fan or a frustum.
 
     In a file a model with its operating conditions determines the beam. A file may state both if
     they agree; files that place-rings writes do. A square beam with neither a model nor a number of
@@ -37,7 +37,8 @@ class Sensor:
     """
 
     fov: Annotated[float, Degrees("fov_deg", gt=0, le=360)] = math.radians(25)
-    """Full field of view, rad: below 180°, of a dome up to 180°, of a fan up to 360°."""
+    """Full field of view, rad: below 180°, of a dome up to 180°, of a fan up to 360°; of a frustum
+    its divergence."""
     range_m: Metres = 1.5
     """Range, m; a cone or pyramid ends in a plane across its axis there."""
     use: Annotated[Use | None, INLINE] = None
@@ -52,9 +53,10 @@ class Sensor:
     """Board that carries the sensor; default: the catalogue's, if it has one."""
     shape: Shape = "beam"
     """beam: a cone or pyramid; dome: a cone that ends in a ball about its apex, as of a capacitive
-    pad; fan: a sector across up, as of a laser scanner."""
+    pad; fan: a sector across up, as of a laser scanner; frustum: a round beam that is as wide as an
+    aperture where it begins, as of a laser distance sensor, a light curtain or ultrasound."""
     thickness: Metres | None = None
-    """Thickness of a fan, m."""
+    """Thickness of a fan, or diameter of a frustum's aperture, m."""
     near_m: Annotated[float, Field(ge=0, le=100)] = 0.0
     """Distance along the axis at which a cone or pyramid begins, m."""
 

@@ -15,12 +15,13 @@ from .beams import Beams, BeamShape, FromPose, Place, Sizes
 from .cones import Cones
 from .domes import Domes
 from .fans import Fans
+from .frustums import Frustums
 from .pyramids import Pyramids
 from .quadrics import plane
 from .tangent_bounds import Tangent
 from .volume_fraction import VolumeFraction
 
-SHAPES: tuple[type[BeamShape], ...] = (Cones, Pyramids, Domes, Fans)
+SHAPES: tuple[type[BeamShape], ...] = (Cones, Pyramids, Domes, Fans, Frustums)
 """All shapes of beams."""
 
 

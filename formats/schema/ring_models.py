@@ -108,12 +108,14 @@ class SquareConeRow(ConeRow):
 
 
 class SpecialConeRow(SquareConeRow):
-    """A row in a file with domes, fans or beams that begin at a distance: also the shape, the
-    thickness of a fan (0 for others), and that distance."""
+    """A row in a file with other shapes or with beams that begin at a distance: also the shape, its
+    thickness (0 where it states none), and that distance."""
 
     fov_deg: float = Field(gt=0, le=360, description="full field of view, degrees")
     shape: Shape = Field(description="shape of the beam")
-    thickness_m: float = Field(ge=0, le=100, description="thickness of a fan, m; 0: no fan")
+    thickness_m: float = Field(
+        ge=0, le=100, description="thickness of a fan, or of a frustum's aperture, m; 0: none"
+    )
     near_m: float = Field(
         ge=0, le=100, description="distance along the axis at which a cone or pyramid begins, m"
     )

@@ -15,7 +15,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.base import CubePairs
 from place_rings.coverage.solids.beams import InBeam
 
-from ..strategies.singles import DOMES, FANS, SENSORS, singles
+from ..strategies.singles import SENSORS, singles
 from ..strategies.units import GENERATORS, failures, metres, points_mm
 from ..support.refusals import refused
 
@@ -37,6 +37,9 @@ def inside(sensor, beams, k, points):
     half, range_m = sensor.half_angle, sensor.range_m
     if sensor.shape == "dome":
         return (length <= range_m) & (angle <= half)
+    if sensor.shape == "frustum":
+        wide = length * np.sin(angle) <= sensor.thickness / 2 + d * math.tan(half)
+        return (d >= 0) & (d <= range_m) & wide
     between = (d >= sensor.near_m) & (d <= range_m)
     if not sensor.oriented:
         return between & (angle <= half)
@@ -113,13 +116,16 @@ def test_shares_of_cubes_are_within_their_bounds(cones, centres_mm, side_mm):
             assert (value[i] + offsets @ normal[i] <= function + 1e-9).all()
 
 
-def test_a_dome_of_half_a_ball_and_a_fan_of_a_full_turn_have_closed_forms():
+def test_a_half_ball_a_disc_and_a_cylinder_have_closed_forms():
     half_ball, pad = Sensor(math.pi, 0.3, shape="dome"), Sensor(2.0, 0.3, shape="dome")
     assert half_ball.volume == pytest.approx(2 / 3 * math.pi * 0.027)
     assert pad.volume == pytest.approx(2 / 3 * math.pi * 0.027 * (1 - math.cos(1)))
     disc = Sensor(2 * math.pi, 2.0, shape="fan", thickness=0.1)
     assert disc.volume == pytest.approx(math.pi * 4 * 0.1)
     assert disc.farthest == pytest.approx(math.hypot(2.0, 0.05))
+    curtain = Sensor(1e-9, 2.0, shape="frustum", thickness=0.1)
+    assert curtain.volume == pytest.approx(math.pi * 0.05**2 * 2)
+    assert curtain.farthest == pytest.approx(math.hypot(2.0, 0.05))
 
 
 @pytest.mark.parametrize(
@@ -129,6 +135,9 @@ def test_a_dome_of_half_a_ball_and_a_fan_of_a_full_turn_have_closed_forms():
         ({"shape": "fan", "fov": 3.2}, "thickness nothing"),
         ({"shape": "fan", "thickness": 0.1, "fov": 6.4}, "fov 6.4"),
         ({"thickness": 0.1}, "thickness 0.1"),
+        ({"shape": "frustum"}, "thickness nothing"),
+        ({"shape": "frustum", "thickness": 0.1, "fov": 3.5}, "fov 3.5"),
+        ({"shape": "frustum", "thickness": 0.1, "near_m": 0.1}, "near_m frustum"),
         ({"near_m": 1.5}, "near_m 1.5"),
         ({"shape": "dome", "near_m": 0.1}, "near_m 0.1"),
         ({"shape": "dome", "fov_up": 0.5}, "fov_up dome"),
@@ -139,7 +148,7 @@ def test_a_shape_that_cannot_be_is_refused(wrong, parts):
         Sensor(**wrong)
 
 
-@given(SENSORS | DOMES | FANS)
+@given(SENSORS)
 def test_every_shape_is_hashable_and_prints_itself(sensor):
     assert len({sensor, replace(sensor)}) == 1
     assert repr(sensor).startswith("Sensor(")

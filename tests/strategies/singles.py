@@ -31,6 +31,12 @@ def fan(fov_deg: int, range_mm: int, thickness_mm: int) -> Sensor:
     return Sensor(fov, range_mm / 1000, shape="fan", thickness=thick)
 
 
+def frustum(fov_deg: int, range_mm: int, thickness_mm: int) -> Sensor:
+    """A laser or an ultrasonic sensor."""
+    fov, thick = math.radians(fov_deg) / 10, thickness_mm / 1000
+    return Sensor(fov, range_mm / 1000, shape="frustum", thickness=thick)
+
+
 RANGES_MM = st.integers(200, 1600)
 BEAMS = st.builds(
     beam,
@@ -40,9 +46,16 @@ BEAMS = st.builds(
 )
 DOMES = st.builds(dome, st.integers(20, 180), RANGES_MM)
 FANS = st.builds(fan, st.integers(20, 360), RANGES_MM, st.integers(20, 300))
-SENSORS = BEAMS | DOMES | FANS
+FRUSTUMS = st.builds(frustum, st.integers(1, 900), RANGES_MM, st.integers(5, 200))
+SENSORS = BEAMS | DOMES | FANS | FRUSTUMS
 """Sensors of any shape."""
-KINDS = (beam((30, 0), 500, 0), beam((30, 20), 500, 5), dome(30, 500), fan(30, 500, 20))
+KINDS = (
+    beam((30, 0), 500, 0),
+    beam((30, 20), 500, 5),
+    dome(30, 500),
+    fan(30, 500, 20),
+    frustum(5, 500, 20),
+)
 """One sensor of each shape, one of which begins at a distance."""
 
 

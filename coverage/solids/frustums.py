@@ -1,0 +1,139 @@
+"""Frustums: beams from an aperture of a stated diameter, of laser distance sensors, of the beams of
+light curtains, and of ultrasonic transducers."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..arrays import Numbers, dot, namespace, rows
+from ..pytrees import tree
+from .base import CubePairs, Rows
+from .beams import BeamShape, Place, Sizes
+from .cones import Cones
+from .quadrics import product, within
+from .tangent_bounds import Tangent
+from .volume_fraction import VolumeFraction
+
+
+@tree
+@dataclass(frozen=True)
+class Frustums(BeamShape):
+    """A union of frustums of cones; ``size`` is the radius of the aperture, m.
+
+    With d along the axis from the aperture's centre and rho the distance from it, a frustum is
+    {0 <= d <= range, rho <= r + d tan a}, for the radius r of the aperture and half the divergence
+    a. It is the intersection of the cone ``(rho - r) cos a - d sin a`` and two half-spaces, ``-d``
+    and ``d - range``. Each has a gradient of length 1 or less in the (d, rho) half-plane, so their
+    maximum is 1-Lipschitz.
+    """
+
+    key, title, thick = "frustum", "frustum", True
+
+    @staticmethod
+    def size_of(sensor: Any) -> float:
+        half: float = sensor.thickness / 2
+        return half
+
+    @staticmethod
+    def outer(s: Sizes) -> Any:
+        return namespace(s.half_angle).full_like(s.half_angle, np.pi)
+
+    @staticmethod
+    def inner(s: Sizes) -> Any:
+        return np.arctan(s.size / s.range_m + np.tan(s.half_angle))
+
+    @staticmethod
+    def farthest(s: Sizes) -> Any:
+        return np.hypot(s.range_m, s.size + s.range_m * np.tan(s.half_angle))
+
+    @staticmethod
+    def volume(s: Sizes, near: Numbers) -> Any:
+        end = s.size + s.range_m * np.tan(s.half_angle)
+        return np.pi / 3 * s.range_m * (s.size**2 + s.size * end + end**2)
+
+    @classmethod
+    def radius(cls, s: Sizes, along: Any) -> Any:
+        return np.minimum(super().radius(s, along), s.size + along * np.tan(s.half_angle))
+
+    @staticmethod
+    def terms(s: Sizes) -> tuple[Any, ...]:
+        cosine, sine, range_m = Cones.terms(s)
+        return cosine, sine, s.size * cosine, range_m
+
+    @staticmethod
+    def function(at: Place, cosine: Any, sine: Any, radius: Any, range_m: Any) -> Any:
+        xp, side = namespace(at.along), at.aside * cosine - at.along * sine - radius
+        return xp.maximum(side, xp.maximum(-at.along, at.along - range_m))
+
+    def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
+        """See ``TangentParts.each_share``; the side curves as that of a cone."""
+        points, _, index, _, side, slack = pairs
+        mantle = Cones(self.apex, self.axis, self.half_angle, self.range_m).mantle(pairs)
+        radius = (self.size * np.cos(self.half_angle))[index]
+        mantle = Tangent(mantle.value - radius, mantle.normal, mantle.bend, mantle.along)
+        share, axis = mantle.share(side, slack), rows(self.axis, index)
+        d, flat = dot(points - rows(self.apex, index), axis), np.zeros(len(index))
+        for value, sign in ((-d, -1), (d - self.range_m[index], 1)):
+            share = share & Tangent(value, sign * axis, flat).share(side, slack)
+        return share, mantle.value, mantle.normal
+
+    def quadrics(
+        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
+    ) -> Iterator[tuple[Rows, Any]]:
+        """See ``Parts.quadrics``: (r cos a + d sin a)^2 >= cos^2 a (|v|^2 - d^2) and
+        d (range - d) >= 0."""
+        axis, v = rows(self.axis, index), points - rows(self.apex, index)
+        cosine, sine, radius, range_m = (a[index] for a in self.terms(self.sizes))
+        d = dot(v, axis)
+        wide, along = radius + d * sine, sine[:, None] * axis
+        side = product(wide, along, wide, along) + within(0.0, v, cosine**2)
+        yield slice(None), side + cosine**2 * product(d, axis, d, axis)
+        yield slice(None), product(d, axis, range_m - d, -axis)
+
+    def ways(
+        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
+    ) -> Float[np.ndarray, "P N 3"]:
+        """See ``Beams.ways``: rays from the aperture's centre to the far end, which measure 1 m
+        along the axis."""
+        wide = np.tan(self.inner(self.sizes))[index][:, None] * np.abs(place).max(axis=-1)
+        across = self.across(index, np.arctan2(place[..., 1], place[..., 0]))
+        way: np.ndarray = self.axis[index][:, None] + wide[..., None] * across
+        return way
+
+    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
+        return self._rim(k, length, 32) - length * np.asarray(self.axis[k])
+
+    def _rim(self, k: int, d: float, sides: int) -> Float[np.ndarray, "M 3"]:
+        """Return points of the side at ``d`` m along the axis, from the aperture's centre, m."""
+        turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+        radius = self.size[k] + d * np.tan(self.half_angle[k])
+        return d * np.asarray(self.axis[k]) + radius * self.across(k, turn)
+
+    def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:
+        ends = [self._rim(k, d, sides) for d in (0.0, float(self.range_m[k]))]
+        return self.out(k, np.concatenate(ends)), None
+
+    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        near, range_m = self.size[k], self.range_m[k]
+        far, u = near + range_m * np.tan(self.half_angle[k]), unit[:, 0]
+        radius = np.cbrt(near**3 + u * (far**3 - near**3))
+        # d with the share u of the volume: (radius - near) / tan a, without the division by tan a
+        d = u * range_m * (far**2 + far * near + near**2)
+        d /= radius**2 + radius * near + near**2
+        turn, rho = 2 * np.pi * unit[:, 2], radius * np.sqrt(unit[:, 1])
+        aside = rho[:, None] * self.across(k, turn)
+        return self.out(k, d[:, None] * self.axis[k] + aside)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        """Return the bounding box of the discs at both ends; see ``Cones.bounds``."""
+        apex, axis, long = (np.asarray(a) for a in (self.apex, self.axis, self.range_m))
+        flat, wide = np.sqrt(np.clip(1 - axis * axis, 0, None)), np.tan(self.half_angle)
+        ends = [
+            apex + d[:, None] * axis + sign * (self.size + d * wide)[:, None] * flat
+            for d in (0 * long, long)
+            for sign in (-1, 1)
+        ]
+        return np.stack([np.min(ends, axis=(0, 1)), np.max(ends, axis=(0, 1))])
