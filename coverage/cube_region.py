@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .arrays import Array, Index
-from .solids.base import CubePairs, Parts
+from .solids.base import CubePairs, Decision, Part, Parts, Points
 from .solids.volume_fraction import VolumeFraction
 from .weight_field import LEVELS, WeightField
 
@@ -73,13 +73,7 @@ class CubeRegion(Parts):
             np.cumsum(total, axis=axis, out=total)
         return table
 
-    def decide(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        reach: float,
-    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+    def decide(self, points: Points, cell: Part, index: Part, reach: float) -> Decision:
         """See ``Parts.decide``: by the number of the region's cubes that the ball's box meets."""
         place, shape = (points - self.origin) / self.side, np.array(self.inside.shape)
         wide = reach / self.side

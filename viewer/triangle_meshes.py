@@ -14,11 +14,12 @@ from ..coverage.robots.robot import Robot
 from ..coverage.solids.base import Difference, Intersection, Solid, Union
 from ..coverage.solids.beams import Beams
 from ..coverage.solids.capsules import Capsules
-from ..coverage.solids.cylinders import Cylinders
+from ..coverage.solids.frustums import Frustums
 from ..coverage.solids.polyhedra import Polyhedra, half_space, polyhedra
 from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
 from ..reporting.rendering.meshes import (
+    DISC,
     body,
     capsule_surfaces,
     circle,
@@ -95,8 +96,9 @@ def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:
 
 def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
     """Return edges (E, 2, 3) m that outline a target's outer solid: circles on balls and around
-    tubes and cylinders, two half circles on each end of a capsule, and the edges of polyhedra; of
-    other solids, those of their box. What lies inside a union or among capsules is left out.
+    tubes, cylinders and cones, two half circles on each end of a capsule, and the edges of
+    polyhedra; of other solids, those of their box. What lies inside a union or among capsules
+    is left out.
     """
     if isinstance(outer, GrownPolyhedron):
         rims = outline(outer.a) if len(outer.a) <= _MOST_EDGES else np.zeros((0, 2, 3))
@@ -108,8 +110,8 @@ def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
         return np.zeros((0, 2, 3))
     if isinstance(outer, Polyhedra):
         return polyhedra_edges(outer)
-    if isinstance(outer, Cylinders):
-        return np.concatenate([_cylinder(outer, k) for k in range(len(outer))])
+    if isinstance(outer, Frustums):
+        return np.concatenate([_frustum(outer, k) for k in range(len(outer))])
     if isinstance(outer, Spheres):
         each = [
             (c, axis, float(r))
@@ -145,11 +147,9 @@ def _capsule(capsules: Capsules, k: int) -> Float[np.ndarray, "E 2 3"]:
     return loops(np.array(rims))
 
 
-def _cylinder(cylinders: Cylinders, k: int) -> Float[np.ndarray, "E 2 3"]:
-    """Return the two rims of a cylinder and four lines between them."""
-    centre, axis = np.asarray(cylinders.centre)[k], np.asarray(cylinders.axis)[k]
-    along, radius = axis * float(cylinders.half[k]), float(cylinders.radius[k])
-    rims = np.array([circle(centre + sign * along, axis, radius) for sign in (-1, 1)])
+def _frustum(frustums: Frustums, k: int) -> Float[np.ndarray, "E 2 3"]:
+    """Return the two rims of a frustum of a cone and four lines between them."""
+    rims = frustums.surface(k, len(DISC))[0].reshape(2, len(DISC), 3)
     sides = rims[:, :: rims.shape[1] // 4].transpose(1, 0, 2)
     return np.concatenate([loops(rims), sides])
 

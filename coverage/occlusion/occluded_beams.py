@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float
 
 from ..arrays import Array, Index, dot, root, rows
 from ..pytrees import mapped
-from ..solids.base import CubePairs, Parts
+from ..solids.base import CubePairs, Decision, Part, Parts, Points
 from ..solids.beams import Beams
 from ..solids.quadrics import within
 from ..solids.tangent_bounds import distance_tangent, union_bounds
@@ -74,13 +74,7 @@ class OccludedBeams(Parts):
                 value[..., pairs] = np.maximum(value[..., pairs], -deep)
         return value
 
-    def decide(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        reach: float,
-    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+    def decide(self, points: Points, cell: Part, index: Part, reach: float) -> Decision:
         """See ``Parts.decide``."""
         value = self.cones.part(points, index)
         value = np.maximum(value, self._beyond(points, index, self.late))

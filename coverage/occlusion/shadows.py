@@ -13,10 +13,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, dot
+from ..solids.base import CubePairs
 from ..solids.capsule_shadows import Shadow, behind, nearest_ball, way
-from ..solids.polyhedra import NOWHERE, largest, planes_share
+from ..solids.polyhedra import NOWHERE, largest
 from ..solids.quadrics import plane, within
-from ..solids.tangent_bounds import distance_tangent
+from ..solids.tangent_bounds import distance_tangent, under_planes
 from ..solids.volume_fraction import VolumeFraction
 from ..voxels.voxel_bitmask import VOXELS, Bitmask, BlockGrid, packed
 
@@ -146,8 +147,10 @@ class PolyhedronShadows(Shadows):
         self, points: np.ndarray, entry: np.ndarray, side: float, slack: float
     ) -> tuple[Int[np.ndarray, " N"], VolumeFraction]:
         near = np.flatnonzero(self.behind(points, entry) <= 3**0.5 / 2 * side + slack)
-        planes = self.normal[entry[near]], self.offset[entry[near]]
-        return near, planes_share(points[near], *planes, side, slack)
+        normal, offset = self.normal[entry[near]], self.offset[entry[near]]
+        value = dot(points[near, None], normal) - offset
+        pairs = CubePairs(points[near], near, near, len(points), side, slack)
+        return near, under_planes(value, normal, pairs)[0]
 
     def free(self, grid: BlockGrid, points: np.ndarray, entry: np.ndarray) -> Bitmask:
         """See ``Shadows.free``: the voxels above any plane."""

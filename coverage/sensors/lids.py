@@ -109,7 +109,7 @@ class Lid:
         """Return half the width and height of the window ``ahead`` m in front of the lens."""
         angles = (sensor.half_angle, sensor.half_angle_up or sensor.half_angle)
         x, y = (math.tan(min(angle, _WIDEST)) * max(ahead, 0.0) for angle in angles)
-        free = PACKAGE / 2 + MARGIN
+        free = max(PACKAGE / 2, sensor.aperture) + MARGIN
         return free + x, free + y
 
     def fault(self, sensor: Sensor) -> str | None:

@@ -194,6 +194,11 @@ class Sensor:
         return float(self.form.inner(self.sizes))
 
     @property
+    def aperture(self) -> float:
+        """Radius of a round beam where it begins, m: that of a frustum's aperture, or 0."""
+        return float(self.form.aperture(self.sizes))
+
+    @property
     def outer_angle(self) -> float:
         """Half angle of a cone from the apex that holds the beam, rad; pi where none does that is
         no wider than a half-space."""

@@ -34,8 +34,11 @@ class Solid(Protocol):
         """Return the lower and upper corner (2, 3) m of an axis-aligned bounding box."""
 
 
-Rows = slice | Int[np.ndarray, " M"]
-"""Which of several pairs."""
+Points = Float[np.ndarray, "P 3"]
+Part = Int[np.ndarray, " P"]
+Decision = tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]
+Quadrics = Iterator[tuple[slice | Int[np.ndarray, " M"], Any]]
+"""Some of several pairs, and quadrics (10, M) of them, or None."""
 
 
 class CubePairs(NamedTuple):
@@ -94,13 +97,7 @@ class Parts(ABC):
         """Return which points lie in the union."""
         return np.asarray(self(points) <= 0)
 
-    def decide(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        reach: float,
-    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+    def decide(self, points: Points, cell: Part, index: Part, reach: float) -> Decision:
         """Return, for pairs of a ball and a part, whether the part matters and the ball is inside.
 
         A part matters if its surface or interior may reach the ball. The second result states
@@ -124,9 +121,7 @@ class Parts(ABC):
         The bounds are of second order where one smooth surface intersects a cube.
         """
 
-    def quadrics(
-        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
-    ) -> Iterator[tuple[Rows, Float[np.ndarray, "10 M"] | None]]:
+    def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:
         """Yield quadrics that are all at least 0 in part ``index`` (P,), and at no point outside.
 
         Each comes with the pairs for which it is stated. It may be omitted for a pair that it does

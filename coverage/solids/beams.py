@@ -10,14 +10,18 @@ from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from ..arrays import Array, Index, Numbers, cross, namespace, root, rows
 from ..pytrees import tree
+from .base import Part
 from .tangent_bounds import TangentParts
 
 WIDE = 1.4  # rad, half angle above which no cone stands for a beam that ends in no plane
 NIL = 1e-9  # m, least divisor
+
+
+Places, Ways = Float[np.ndarray, "P N 2"], Float[np.ndarray, "P N 3"]
 
 
 class Sizes(NamedTuple):
@@ -147,9 +151,7 @@ class Beams(TangentParts):
         a closed form."""
 
     @abstractmethod
-    def ways(
-        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
-    ) -> Float[np.ndarray, "P N 3"]:
+    def ways(self, index: Part, place: Places) -> Ways:
         """Return vectors from the apex of each beam ``index`` through places of its section.
 
         Places run from -1 to 1 from side to side, across ``up`` and along it. The beam ends at
@@ -187,7 +189,8 @@ class Beams(TangentParts):
 
     def out(self, k: int, way: Any) -> Float[np.ndarray, "*N 3"]:
         """Return the points (..., 3) m that vectors lead to from the apex of beam ``k``."""
-        return np.asarray(self.apex)[k] + np.asarray(way)
+        points: np.ndarray = np.asarray(self.apex)[k] + np.asarray(way)
+        return points
 
     def across(self, k: Index, turn: Float[np.ndarray, "*N"]) -> Float[np.ndarray, "*N 3"]:
         """Return unit vectors across the axes of beams ``k``, turned about them by ``turn`` rad;
@@ -220,21 +223,28 @@ class BeamShape(Beams):
     closed: ClassVar[bool] = False
     """Whether the nearest point of a ball in it has a closed form."""
 
-    @staticmethod
-    def size_of(sensor: Any) -> float:
-        """Return the further size of a sensor's beam: rad or m, by its own fields; 0: none."""
-        return 0.0
+    @classmethod
+    def size_of(cls, sensor: Any) -> float:
+        """Return the further size of a sensor's beam: half its thickness, m, or what the shape
+        says; 0: none."""
+        return sensor.thickness / 2 if cls.thick else 0.0
 
     # Sizes of the whole beam
-    @staticmethod
-    def outer(s: Sizes) -> Any:
-        """Return the half angle of a cone from the apex that holds the beam, rad; pi: none does."""
-        return s.half_angle
+    @classmethod
+    def outer(cls, s: Sizes) -> Any:
+        """Return the half angle of a cone from the apex that holds the beam, rad; pi: none does, as
+        a thick beam is wider than its apex."""
+        return namespace(s.half_angle).full_like(s.half_angle, np.pi) if cls.thick else s.half_angle
 
     @staticmethod
     def inner(s: Sizes) -> Any:
         """Return the half angle of the inscribed cone, rad."""
         return s.half_angle
+
+    @staticmethod
+    def aperture(s: Sizes) -> Any:
+        """Return the radius of a round beam where it begins, m."""
+        return 0.0
 
     @staticmethod
     @abstractmethod

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, dot
-from .base import CubePairs, Parts
+from .base import CubePairs, Decision, Part, Parts, Points
 from .segments import from_segment
 from .tangent_bounds import share_under
 from .volume_fraction import VolumeFraction
@@ -106,13 +106,7 @@ class ClosedMesh(Parts):
         value = np.maximum(value, _LEAST)  # a ray decides even on the surface
         return np.where(self.holds(flat), -value, value).reshape(np.shape(points)[:-1])
 
-    def decide(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        reach: float,
-    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+    def decide(self, points: Points, cell: Part, index: Part, reach: float) -> Decision:
         """See ``Parts.decide``; the exact distance is needed only where its bounds do not tell."""
         away = self._tree.query(points)[0]
         clear = away - self._radius > reach

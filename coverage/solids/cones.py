@@ -1,16 +1,15 @@
 """Round beams: cones with flat bases."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Array, Numbers, dot, namespace, rows
 from ..pytrees import tree
-from .base import CubePairs, Rows
-from .beams import WIDE, Beams, BeamShape, FromPose, Place, Sizes
+from .base import CubePairs, Part, Points, Quadrics
+from .beams import WIDE, Beams, BeamShape, FromPose, Place, Places, Sizes, Ways
 from .quadrics import product, within
 from .tangent_bounds import Tangent, away, curvature
 from .volume_fraction import VolumeFraction
@@ -79,9 +78,7 @@ class Cones(BeamShape):
             share.cut(cut, base.share(side, slack))
         return share, mantle.value, mantle.normal
 
-    def quadrics(
-        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
-    ) -> Iterator[tuple[Rows, Any]]:
+    def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:
         """See ``Parts.quadrics``: d^2 >= cos^2 a |v|^2 and, near base and apex, d (range - d) >= 0,
         with d along the axis."""
         axis, v = rows(self.axis, index), points - rows(self.apex, index)
@@ -92,9 +89,7 @@ class Cones(BeamShape):
         d, axis = d[ends], rows(axis, ends)
         yield ends, product(d, axis, range_m[ends] - d, -axis)
 
-    def ways(
-        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
-    ) -> Float[np.ndarray, "P N 3"]:
+    def ways(self, index: Part, place: Places) -> Ways:
         raise TypeError("the nearest point in a cone has a closed form")
 
     def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:

@@ -1,16 +1,15 @@
 """Domes: spherical caps about an axis with their cone, the fields of capacitive pads."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Numbers, dot, namespace, root, rows
 from ..pytrees import tree
-from .base import CubePairs, Rows
-from .beams import WIDE, BeamShape, Place, Sizes
+from .base import CubePairs, Part, Points, Quadrics
+from .beams import WIDE, BeamShape, Place, Places, Sizes, Ways
 from .cones import Cones
 from .quadrics import plane, product, within
 from .tangent_bounds import distance_tangent
@@ -69,9 +68,7 @@ class Domes(BeamShape):
             share.cut(cut, ball.share(side, slack))
         return share, mantle.value, mantle.normal
 
-    def quadrics(
-        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
-    ) -> Iterator[tuple[Rows, Any]]:
+    def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:
         """See ``Parts.quadrics``: d^2 >= cos^2 a |v|^2, d >= 0, and |v|^2 <= range^2."""
         axis, v = rows(self.axis, index), points - rows(self.apex, index)
         d, share = dot(v, axis), (np.cos(self.half_angle) ** 2)[index]
@@ -79,9 +76,7 @@ class Domes(BeamShape):
         yield slice(None), plane(d, axis)
         yield slice(None), within(self.range_m[index], v)
 
-    def ways(
-        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
-    ) -> Float[np.ndarray, "P N 3"]:
+    def ways(self, index: Part, place: Places) -> Ways:
         """See ``Beams.ways``: unit vectors; squares of places become circles about the axis."""
         out = np.abs(place).max(axis=-1)
         polar = np.asarray(self.half_angle)[index][:, None] * out
@@ -98,7 +93,8 @@ class Domes(BeamShape):
     def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
         """See ``Beams.corners_across``: points of the rim, at ``length`` from the apex."""
         turn, half = np.linspace(0, 2 * np.pi, 32, endpoint=False), float(self.half_angle[k])
-        return length * (self._cap(k, np.float64(half), turn) - np.asarray(self.axis[k]))
+        rim: np.ndarray = length * (self._cap(k, np.float64(half), turn) - self.axis[k])
+        return rim
 
     def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:
         """See ``Beams.surface``: the apex and circles on the cap."""

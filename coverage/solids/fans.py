@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Numbers, cross, dot, namespace, root, rows
 from ..pytrees import tree
-from .base import CubePairs
-from .beams import BeamShape, Place, Sizes
+from .base import CubePairs, Part
+from .beams import BeamShape, Place, Places, Sizes, Ways
 from .tangent_bounds import Tangent, away, curvature
 from .volume_fraction import VolumeFraction
 
@@ -30,15 +30,6 @@ class Fans(BeamShape):
     """
 
     key, title, most_deg, thick, oriented = "fan", "fan", (360.0, "at most 360"), True, True
-
-    @staticmethod
-    def size_of(sensor: Any) -> float:
-        half: float = sensor.thickness / 2
-        return half
-
-    @staticmethod
-    def outer(s: Sizes) -> Any:
-        return namespace(s.half_angle).full_like(s.half_angle, np.pi)
 
     @staticmethod
     def inner(s: Sizes) -> Any:
@@ -99,9 +90,7 @@ class Fans(BeamShape):
         plane = upper * y - self.size[index], upper[:, None] * up
         return share & VolumeFraction(low, high), *plane
 
-    def ways(
-        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
-    ) -> Float[np.ndarray, "P N 3"]:
+    def ways(self, index: Part, place: Places) -> Ways:
         """See ``Beams.ways``: rays from the apex to the rim, which measure 1 in its plane."""
         turn = np.asarray(self.half_angle)[index][:, None] * place[..., 0]
         rise = (np.asarray(self.size) / np.asarray(self.range_m))[index][:, None] * place[..., 1]

@@ -1,17 +1,16 @@
 """Frustums: beams from an aperture of a stated diameter, of laser distance sensors, of the beams of
 light curtains, and of ultrasonic transducers."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Numbers, dot, namespace, rows
 from ..pytrees import tree
-from .base import CubePairs, Rows
-from .beams import BeamShape, Place, Sizes
+from .base import CubePairs, Part, Points, Quadrics
+from .beams import BeamShape, Place, Places, Sizes, Ways
 from .cones import Cones
 from .quadrics import product, within
 from .tangent_bounds import Tangent
@@ -33,17 +32,12 @@ class Frustums(BeamShape):
     key, title, thick = "frustum", "frustum", True
 
     @staticmethod
-    def size_of(sensor: Any) -> float:
-        half: float = sensor.thickness / 2
-        return half
-
-    @staticmethod
-    def outer(s: Sizes) -> Any:
-        return namespace(s.half_angle).full_like(s.half_angle, np.pi)
-
-    @staticmethod
     def inner(s: Sizes) -> Any:
         return np.arctan(s.size / s.range_m + np.tan(s.half_angle))
+
+    @staticmethod
+    def aperture(s: Sizes) -> Any:
+        return s.size
 
     @staticmethod
     def farthest(s: Sizes) -> Any:
@@ -80,9 +74,7 @@ class Frustums(BeamShape):
             share = share & Tangent(value, sign * axis, flat).share(side, slack)
         return share, mantle.value, mantle.normal
 
-    def quadrics(
-        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
-    ) -> Iterator[tuple[Rows, Any]]:
+    def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:
         """See ``Parts.quadrics``: (r cos a + d sin a)^2 >= cos^2 a (|v|^2 - d^2) and
         d (range - d) >= 0."""
         axis, v = rows(self.axis, index), points - rows(self.apex, index)
@@ -93,9 +85,7 @@ class Frustums(BeamShape):
         yield slice(None), side + cosine**2 * product(d, axis, d, axis)
         yield slice(None), product(d, axis, range_m - d, -axis)
 
-    def ways(
-        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
-    ) -> Float[np.ndarray, "P N 3"]:
+    def ways(self, index: Part, place: Places) -> Ways:
         """See ``Beams.ways``: rays from the aperture's centre to the far end, which measure 1 m
         along the axis."""
         wide = np.tan(self.inner(self.sizes))[index][:, None] * np.abs(place).max(axis=-1)
@@ -110,7 +100,8 @@ class Frustums(BeamShape):
         """Return points of the side at ``d`` m along the axis, from the aperture's centre, m."""
         turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
         radius = self.size[k] + d * np.tan(self.half_angle[k])
-        return d * np.asarray(self.axis[k]) + radius * self.across(k, turn)
+        rim: np.ndarray = d * np.asarray(self.axis[k]) + radius * self.across(k, turn)
+        return rim
 
     def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:
         ends = [self._rim(k, d, sides) for d in (0.0, float(self.range_m[k]))]

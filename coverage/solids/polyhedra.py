@@ -16,7 +16,7 @@ from jaxtyping import Float, Int
 from ..arrays import Array, Index, Vector, dot, namespace
 from ..pytrees import tree
 from .base import CubePairs
-from .tangent_bounds import Tangent, TangentParts
+from .tangent_bounds import TangentParts, under_planes
 from .volume_fraction import VolumeFraction
 
 _DIGITS = 7  # decimals of normals: faces of a hull that agree to these are merged
@@ -238,28 +238,6 @@ def crossed(a: Array, b: Array, normal: Array, offset: Array) -> Any:
     return enter <= leave
 
 
-def planes_share(
-    points: Float[np.ndarray, "P 3"],
-    normal: Float[np.ndarray, "P M 3"],
-    offset: Float[np.ndarray, "P M"],
-    side: float,
-    slack: float,
-) -> VolumeFraction:
-    """Return bounds of the share of cubes about ``points`` under all planes."""
-    total = VolumeFraction(np.ones(len(points)), np.ones(len(points)))
-    for i in range(normal.shape[1]):
-        n = normal[:, i]
-        value = dot(points, n) - offset[:, i]
-        reach = np.abs(n).sum(axis=1) * side / 2 + slack
-        total.low[value > reach] = 0.0
-        total.high[value > reach] = 0.0
-        cut = np.flatnonzero(np.abs(value) <= reach)
-        if len(cut):
-            plane = Tangent(value[cut], n[cut], np.zeros(len(cut)))
-            total.cut(cut, plane.share(side, slack))
-    return total
-
-
 @tree
 @dataclass(frozen=True)
 class Polyhedra(TangentParts):
@@ -280,12 +258,8 @@ class Polyhedra(TangentParts):
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``; each face is a plane."""
-        points, _, index, _, side, slack = pairs
-        normal, offset = np.asarray(self.normal)[index], np.asarray(self.offset)[index]
-        value = dot(points[:, None], normal) - offset
-        top = value.argmax(axis=1)
-        n = np.take_along_axis(normal, top[:, None, None], axis=1)[:, 0]
-        return planes_share(points, normal, offset, side, slack), value.max(axis=1), n
+        normal, offset = np.asarray(self.normal)[pairs.part], np.asarray(self.offset)[pairs.part]
+        return under_planes(dot(pairs.points[:, None], normal) - offset, normal, pairs)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         return np.asarray(self.box)

@@ -1,19 +1,18 @@
 """Square beams: pyramids with flat bases, the fields of view of multi-zone sensors."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Numbers, cross, dot, namespace, rows
 from ..pytrees import tree
-from .base import CubePairs, Rows
-from .beams import NIL, Place, Sizes
+from .base import CubePairs, Part, Points, Quadrics
+from .beams import NIL, Place, Places, Sizes, Ways
 from .cones import Cones
 from .quadrics import product
-from .tangent_bounds import Tangent
+from .tangent_bounds import under_planes
 from .volume_fraction import VolumeFraction
 
 _SIGNS = ((1, 1), (-1, 1), (-1, -1), (1, -1))  # of the corners of a base, in order around it
@@ -32,13 +31,13 @@ class Pyramids(Cones):
 
     title, square, oriented, closed = "pyramid", True, True, False
 
-    @staticmethod
-    def size_of(sensor: Any) -> float:
+    @classmethod
+    def size_of(cls, sensor: Any) -> float:
         half: float = sensor.fov_up / 2
         return half
 
-    @staticmethod
-    def outer(s: Sizes) -> Any:
+    @classmethod
+    def outer(cls, s: Sizes) -> Any:
         xp = namespace(s.size)
         return xp.arctan(xp.hypot(xp.tan(s.half_angle), xp.tan(s.size)))
 
@@ -73,13 +72,9 @@ class Pyramids(Cones):
         xp = namespace(x)
         return xp.maximum(xp.maximum(x, y), at.along - range_m)
 
-    def planes(
-        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"]
-    ) -> tuple[Any, Any]:
-        """Return values (5, P) m and normals (5, P, 3) of the planes of pyramids ``index`` (P,).
-
-        The values are those at ``points`` (P, 3).
-        """
+    def planes(self, points: Points, index: Part) -> tuple[Any, Any]:
+        """Return values (P, 5) m at ``points`` (P, 3) and normals (P, 5, 3) of the planes of
+        pyramids ``index`` (P,)."""
         axis, up, v = rows(self.axis, index), rows(self.up, index), points - rows(self.apex, index)
         side, d = cross(up, axis), dot(v, axis)
         values, normals = [d - self.range_m[index]], [axis]
@@ -88,40 +83,24 @@ class Pyramids(Cones):
             for sign in (1.0, -1.0):
                 values.append(sign * dot(v, across) * c - d * s)
                 normals.append(sign * c[:, None] * across - s[:, None] * axis)
-        return np.stack(values), np.stack(normals)
+        return np.stack(values, axis=1), np.stack(normals, axis=1)
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
-        """See ``TangentParts.each_share``; the plane is the outermost one.
+        """See ``TangentParts.each_share``: all five surfaces are planes."""
+        return under_planes(*self.planes(pairs.points, pairs.part), pairs)
 
-        All five surfaces are planes, without curvature. Most cubes meet one of them. For a cube
-        that several planes intersect, the bounds of the planes are combined.
-        """
-        points, _, index, _, side, slack = pairs
-        values, normals = self.planes(points, index)
-        share = VolumeFraction(np.ones(len(index)), np.ones(len(index)))
-        for value, normal in zip(values, normals, strict=True):
-            cut = value > -np.abs(normal).sum(axis=1) * side / 2 - slack
-            if cut.any():
-                plane = Tangent(value[cut], normal[cut], np.zeros(np.count_nonzero(cut)))
-                share.cut(cut, plane.share(side, slack))
-        furthest, at = values.argmax(axis=0), np.arange(len(index))
-        return share, values[furthest, at], normals[furthest, at]
-
-    def quadrics(
-        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
-    ) -> Iterator[tuple[Rows, Any]]:
+    def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:
         """See ``Parts.quadrics``: d^2 sin^2 a >= x^2 cos^2 a, also for y, and d (range - d) >= 0.
 
         The last one excludes d < 0, as the others also hold behind the apex.
         """
-        (end, *sides), (axis, *normals) = self.planes(points, index)
+        value, normal = self.planes(points, index)
+        (end, *sides), (axis, *normals) = value.T, normal.swapaxes(0, 1)
         yield slice(None), product(end + self.range_m[index], axis, -end, -axis)
         for i in (0, 2):
             yield slice(None), product(*(a for j in (i, i + 1) for a in (-sides[j], -normals[j])))
 
-    def ways(
-        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
-    ) -> Float[np.ndarray, "P N 3"]:
+    def ways(self, index: Part, place: Places) -> Ways:
         axis, up = np.asarray(self.axis)[index], np.asarray(self.up)[index]
         x, y = (
             place[..., i] * np.tan(np.asarray(half)[index])[:, None]

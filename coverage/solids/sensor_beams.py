@@ -10,8 +10,8 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, dot, namespace, rows
 from ..pytrees import mapped, tree
-from .base import CubePairs, Rows
-from .beams import Beams, BeamShape, FromPose, Place, Sizes
+from .base import CubePairs, Part, Points, Quadrics
+from .beams import Beams, BeamShape, FromPose, Place, Places, Sizes, Ways
 from .cones import Cones
 from .domes import Domes
 from .fans import Fans
@@ -190,9 +190,7 @@ class MixedBeams(Beams):
             share.cut(at, begin.share(pairs.side, pairs.slack))
         return share, value, normal
 
-    def quadrics(
-        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
-    ) -> Iterator[tuple[Rows, Any]]:
+    def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:
         """See ``Parts.quadrics``: each pair by its shape, and the plane at which a beam begins."""
         for some, union in self.split(index):
             for part, quadric in union.quadrics(rows(points, some), index[some], reach):
@@ -217,9 +215,7 @@ class MixedBeams(Beams):
             by_rays |= which & (not union.closed)
         return by_rays
 
-    def ways(
-        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
-    ) -> Float[np.ndarray, "P N 3"]:
+    def ways(self, index: Part, place: Places) -> Ways:
         way = np.empty((*place.shape[:-1], 3))
         for some, union in self.split(index):
             way[some] = union.ways(index[some], place[some])

@@ -1,15 +1,14 @@
 """Balls as implicit functions."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..arrays import Array, Index, Vector, rows
 from ..pytrees import tree
-from .base import Rows
+from .base import Part, Points, Quadrics
 from .quadrics import within
 from .tangent_bounds import RoundParts
 
@@ -31,9 +30,7 @@ class Spheres(RoundParts):
         """See ``RoundParts.away``."""
         return points - rows(self.centre, index)
 
-    def quadrics(
-        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"], reach: float
-    ) -> Iterator[tuple[Rows, Any]]:
+    def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:
         """See ``Parts.quadrics``: |v|^2 <= radius^2."""
         yield slice(None), within(self.radius[index], self.away(points, index))
 

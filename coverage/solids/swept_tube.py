@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, Index, dot, namespace, root, rows
 from ..pytrees import tree
-from .base import CubePairs, Parts
+from .base import CubePairs, Decision, Part, Parts, Points
 from .segments import from_segment
 from .tangent_bounds import Tangent, distance_tangent, first_of, share_under, union_bounds
 from .volume_fraction import VolumeFraction
@@ -74,13 +74,7 @@ class Tube(Parts):
         centre = np.asarray(self.centre)
         return np.stack([centre.min(axis=0) - self.radius, centre.max(axis=0) + self.radius])
 
-    def decide(
-        self,
-        points: Float[np.ndarray, "P 3"],
-        cell: Int[np.ndarray, " P"],
-        index: Int[np.ndarray, " P"],
-        reach: float,
-    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+    def decide(self, points: Points, cell: Part, index: Part, reach: float) -> Decision:
         """See ``Parts.decide``; a ball may lie wholly inside the tube but in no single slab.
 
         On the face between two neighbouring slabs the minimum over slabs is 0, deep inside the

@@ -116,6 +116,26 @@ class Tangent:
         )
 
 
+def under_planes(value: Any, normal: Any, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
+    """Return bounds of the share of each pair's cube under all of M planes, and value and normal of
+    the outermost one.
+
+    The planes are given by values (P, M) m at the cubes' centres and unit normals (P, M, 3), or
+    normals of length 0.
+    """
+    total = VolumeFraction(np.ones(len(value)), np.ones(len(value)))
+    for v, n in zip(value.T, normal.swapaxes(0, 1), strict=True):
+        reach = np.abs(n).sum(axis=1) * pairs.side / 2 + pairs.slack
+        total.low[v > reach] = 0.0
+        total.high[v > reach] = 0.0
+        cut = np.flatnonzero(np.abs(v) <= reach)
+        if len(cut):
+            plane = Tangent(v[cut], n[cut], np.zeros(len(cut)))
+            total.cut(cut, plane.share(pairs.side, pairs.slack))
+    row, outermost = np.arange(len(value)), value.argmax(axis=1)
+    return total, value[row, outermost], normal[row, outermost]
+
+
 def first_of(cell: Int[np.ndarray, " P"]) -> Int[np.ndarray, " M"]:
     """Return the index of each cell's first pair, for ascending ``cell``."""
     return np.flatnonzero(np.diff(cell, prepend=-1))

@@ -32,8 +32,7 @@ from ..robots.kinematics import transform
 from ..solids.base import CubePairs, Difference, Intersection, Parts, Solid, Union
 from ..solids.capsules import Capsules
 from ..solids.closed_mesh import ClosedMesh
-from ..solids.cones import Cones
-from ..solids.cylinders import Cylinders
+from ..solids.frustums import Frustums
 from ..solids.polyhedra import Polyhedra, Polyhedron, box, polyhedra
 from ..solids.spheres import sphere
 from ..solids.volume_fraction import VolumeFraction
@@ -59,6 +58,14 @@ class _Placed:
 
     def _turned(self) -> dict[str, Any]:
         return {"centre": turned(self.centre), "rpy_deg": turned_rpy(self.rpy_deg)}
+
+    def _round(self, height: float, low: float, high: float) -> Solid:
+        """Return the frustum of a cone about the z axis by its height and the radii of its ends."""
+        axis = (1.0 if high >= low else -1.0) * self._frame[:3, 2]  # from the narrow end
+        angle, narrow = math.atan2(abs(high - low), height), min(low, high)
+        start = np.array(self.centre) - height / 2 * axis
+        sizes = (np.array([angle]), np.array([height]), None, np.array([narrow]))
+        return Frustums(start[None], axis[None], *sizes)
 
 
 @definition
@@ -112,9 +119,7 @@ class Cylinder(_Placed, Target):
     """Rotations about the fixed x, then y, then z axis of the base frame, degrees."""
 
     def solid(self, place: PosedRobot) -> Solid:
-        axis = self._frame[:3, 2]
-        radius, half = np.array([self.radius]), np.array([self.height / 2])
-        return Cylinders(np.array([self.centre]), axis[None], radius, half)
+        return self._round(self.height, self.radius, self.radius)
 
     def described(self) -> str:
         return f"a cylinder of radius {self.radius:g} m and height {self.height:g} m"
@@ -123,10 +128,6 @@ class Cylinder(_Placed, Target):
 @definition
 class Cone(_Placed, Target):
     """A cone, or a frustum of one, with flat ends about the z axis of its own frame.
-
-    It is the cone through both ends, cut at the narrow one by a plane: the maximum of two
-    1-Lipschitz functions (``cone`` and a half-space), hence 1-Lipschitz itself. Radii that differ
-    by less than 1 µm are those of a cylinder.
 
     Example:
         >>> import place_rings as pr
@@ -148,18 +149,7 @@ class Cone(_Placed, Target):
     """Rotations about the fixed x, then y, then z axis of the base frame, degrees."""
 
     def solid(self, place: PosedRobot) -> Solid:
-        narrow, wide = sorted((self.radius, self.top_radius))
-        around = Cylinder(wide, self.height, self.centre, self.rpy_deg).solid(place)
-        if wide - narrow < 1e-6:
-            return around
-        sign = 1.0 if self.top_radius > self.radius else -1.0
-        axis = sign * self._frame[:3, 2]
-        length = self.height * wide / (wide - narrow)
-        apex = np.array(self.centre) + (self.height / 2 - length) * axis
-        angle = np.array([math.atan2(wide, length)])
-        whole = Cones(apex[None], axis[None], angle, np.array([length]))
-        end = _behind(-axis, self.centre - self.height / 2 * axis)
-        return within(Intersection(whole, end), around.bounds())
+        return self._round(self.height, self.radius, self.top_radius)
 
     def described(self) -> str:
         radii = f"{self.radius:g} and {self.top_radius:g} m"

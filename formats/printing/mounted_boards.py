@@ -77,7 +77,8 @@ def beam(plan: PrintPlan, k: int) -> Manifold:
     sensor, length = plan.ring.sensor, min(MM * plan.ring.sensor.range_m, 4 * plan.radius)
     wide, high = (length * math.tan(a) for a in (sensor.half_angle, sensor.half_angle_up))
     if not sensor.square:
-        solid = Manifold.cylinder(length, 0.0, wide, 64).translate((0.0, 0.0, 0.0))
+        near = MM * sensor.aperture
+        solid = Manifold.cylinder(length, near, near + wide, 64)
     else:
         corners = [(u * wide, v * high, length) for u in (-1, 1) for v in (-1, 1)]
         solid = Manifold.hull_points(np.array([(0.0, 0.0, 0.0), *corners]))

@@ -1,6 +1,4 @@
-"""Square beams: laws of the solid, exact counts against dense ones, closed forms, gradients against
-central differences.
-"""
+"""Square beams: between cones, in setups, with mounting errors, and in files."""
 
 import math
 
@@ -17,7 +15,6 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.cones import Cones, around
-from place_rings.coverage.solids.sensor_beams import BeamShapes
 from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.mount_rules import Limits
@@ -26,10 +23,8 @@ from place_rings.objectives.scene import paper_scene
 from place_rings.objectives.verify import Verifier
 from pydantic import ValidationError
 
-from ..strategies.solids import some_beams, square_beams
 from ..strategies.units import FACINGS, GENERATORS, directions, ups
 
-BEAMS = some_beams(2, 2)
 SQUARE = Sensor(math.radians(45), 1.2, None, math.radians(45), 8)
 FLAT = Sensor(math.radians(60), 0.9, None, math.radians(30))
 MIXED = Setup(
@@ -39,24 +34,6 @@ MIXED = Setup(
         Ring("tool", 0.0, 3, sensor=FLAT),
     )
 )
-
-
-def frame(rng, n):
-    turn, _ = np.linalg.qr(rng.normal(size=(n, 3, 3)))
-    return turn[:, 0], turn[:, 1]
-
-
-def some(rng, n=4, cones=2):
-    """Beams of both shapes for a test of fixed ones; the first ``cones`` are round."""
-    axis, up = frame(rng, n)
-    half_up = rng.uniform(0.1, 0.9, n)
-    half_up[:cones] = 0
-    apex, half, range_m = (
-        rng.uniform(-0.3, 0.3, (n, 3)),
-        rng.uniform(0.1, 0.9, n),
-        rng.uniform(0.3, 0.8, n),
-    )
-    return square_beams(apex, axis, half, range_m, up, half_up)
 
 
 DEGREES = st.integers(3, 160)
@@ -97,10 +74,8 @@ def test_a_beam_of_changed_angles_keeps_its_shape():
 
 
 def test_beams_without_a_square_are_plain_cones():
-    b = some(np.random.default_rng(0), 3, 3)
-    assert type(BeamShapes(b.half_angle, b.range_m).solids(b.apex, b.axis)) is Cones
-    p = np.random.default_rng(1).uniform(-1, 1, (200, 3))
-    np.testing.assert_array_equal(b(p), Cones(b.apex, b.axis, b.half_angle, b.range_m)(p))
+    rings = Setup((Ring("forearm", 0.5, 4), Ring("tool", 0.5, 2, sensor=Sensor(1.0, 0.4))))
+    assert type(sensor_cones(UR10, rings, np.zeros(6))) is Cones
 
 
 def test_ups_of_a_ring_are_across_its_tangent():

@@ -1,6 +1,7 @@
 """Single sensors anywhere on a robot and in its cell, alone and in place of a ring's sensors."""
 
 import math
+from dataclasses import replace
 
 from hypothesis import strategies as st
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
@@ -13,11 +14,11 @@ from .rings import LINKS, setups
 from .units import FACINGS, directions, metres, points_mm, ups
 
 
-def beam(beam_deg: tuple[int, int], range_mm: int, near_percent: int) -> Sensor:
-    """A sensor with a cone or, where the second angle is above 0, a pyramid of several zones."""
+def beam(beam_deg: tuple[int, int], range_mm: int, near_percent: int, zones: int = 4) -> Sensor:
+    """A sensor with a cone or, where the second angle is above 0, a pyramid of some zones."""
     (fov, up), range_m = (math.radians(angle) for angle in beam_deg), range_mm / 1000
     near = range_m * near_percent / 100
-    return Sensor(fov, range_m, None, up or None, 4 if up else 1, near_m=near)
+    return Sensor(fov, range_m, None, up or None, zones if up else 1, near_m=near)
 
 
 def dome(fov_deg: int, range_mm: int) -> Sensor:
@@ -43,6 +44,7 @@ BEAMS = st.builds(
     st.tuples(st.integers(3, 115), st.sampled_from([0, 20, 70])),
     RANGES_MM,
     st.sampled_from([0, 0, 5, 50]),
+    st.sampled_from([4, 1]),
 )
 DOMES = st.builds(dome, st.integers(20, 180), RANGES_MM)
 FANS = st.builds(fan, st.integers(20, 360), RANGES_MM, st.integers(20, 300))
@@ -87,6 +89,12 @@ def mixed_setups(most_sensors: int = 8, most_rings: int = 4) -> st.SearchStrateg
     """Setups of one ring or more, some with up to three single sensors."""
     some = st.lists(singles(), max_size=3)
     return st.builds(mixed, setups(most_sensors, most_rings), some)
+
+
+def with_sensors(setup: Setup, sensors: list[Sensor]) -> Setup:
+    """The setup with other sensors on its first rings."""
+    first = [replace(r, sensor=s) for r, s in zip(setup.rings, sensors, strict=False)]
+    return replace(setup, rings=(*first, *setup.rings[len(first) :]))
 
 
 def mixed(setup: Setup, singles: list[MountedSensor]) -> Setup:
