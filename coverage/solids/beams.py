@@ -21,7 +21,8 @@ WIDE = 1.4  # rad, half angle above which no cone stands for a beam that ends in
 NIL = 1e-9  # m, least divisor
 
 
-Places, Ways = Float[np.ndarray, "P N 2"], Float[np.ndarray, "P N 3"]
+Places = Float[np.ndarray, "P N 2"]
+Ways = Float[np.ndarray, "P N 3"]
 
 
 class Sizes(NamedTuple):
