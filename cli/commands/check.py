@@ -77,16 +77,17 @@ def check(
     ``place-rings --help`` explains the terms.
     """
     from ...formats.loader import resolve
+    from ...rig.check.live import LiveCheck
     from ...rig.rings.line_monitor import Port
     from ..options.rig import check_installed, check_ports, require_fit, resolve_ports
     from ..options.scenes import resolve_scene, with_calibration
     from ..options.targets import parse_goals, with_goals
-    from ..runs.check import check_files, check_live, check_replay, write_only
+    from ..runs.check import Output, check_files, check_live, check_replay, write_only
 
     place = {"scene": scene, "calibration": calibration, "target": target, "radius": radius}
     require_fit(rig, files, options, place, bag)
     if rig.replay is not None:
-        sys.exit(check_replay(subject, rig.replay, out, bag=bag, as_json=as_json))
+        sys.exit(check_replay(subject, rig.replay, Output(out, as_json, bag)))
     if subject is None:
         raise UserError(
             "check: PROPOSAL_OR_NAME is missing; give a proposal (.toml) or a name like n2_16_25"
@@ -95,7 +96,7 @@ def check(
     where = with_calibration(given, calibration)
     where = with_goals(where, parse_goals(target, radius, where.robot))
     if files.joints is not None:
-        sys.exit(check_files(subject, setup, where, files, options, out, as_json))
+        sys.exit(check_files(subject, setup, where, files, options, Output(out, as_json)))
     if rig.dry_run:
         from ..runs.dry_run import show_dry_run  # loads the viewer
 
@@ -109,7 +110,5 @@ def check(
         ports = resolve_ports(setup, rig.ring)
         check_ports(setup, ports)
     check_installed()
-    code = check_live(
-        subject, setup, where, options, rig.robot_host, ports, out, bag=bag, as_json=as_json
-    )
-    sys.exit(code)
+    live = LiveCheck.of(subject, setup, where, options, rig.robot_host)
+    sys.exit(check_live(live, ports, Output(out, as_json, bag)))

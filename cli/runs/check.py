@@ -1,6 +1,7 @@
 """Check a setup on a real, simulated or recorded robot."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from ...coverage.definitions.errors import UserError
@@ -25,107 +26,87 @@ from ..signals import ended_by_signals, gone_is_an_error
 from .check_summary import tell
 
 
-def check_live(
-    name: str,
-    setup: Setup,
-    scene: Scene,
-    options: CheckOptions,
-    host: str | None,
-    ports: Sequence[Port],
-    out: Path,
-    *,
-    bag: bool,
-    as_json: bool,
-) -> int:
-    """Check ``setup`` on a robot.
+@dataclass(frozen=True)
+class Output:
+    """Where the report of a check goes, and in which forms."""
+
+    folder: Path
+    """Output folder."""
+    as_json: bool
+    """Print JSON instead of text."""
+    bag: bool = False
+    """Also write the data as a ROS 2 bag."""
+
+    def report(self, data: CheckData, console: Terminal, more: Sequence[str] = ()) -> int:
+        """Assess a check, write its report and, if wanted, its bag; return the exit code of the
+        verdict, which counts whatever becomes of the bag. ``more`` names files written before.
+        """
+        with console.status("assessing"):
+            assessment = assess(data)
+        files = [*write_files(data.check, assessment, self.folder), *more]
+        code = tell(assessment, files, self.folder, self.as_json)
+        if self.bag and data.file is not None:
+            with console.status("writing the bag"):
+                whole = CheckData.replayed(data.file, thinned=False)
+                epoch = RecordingReader(data.file).epoch
+                files = write_bag(whole.check, whole.gathered, epoch, self.folder)
+            say(f"  {self.folder / files[0]}", error=True)
+        return code
+
+
+def check_live(live: LiveCheck, ports: Sequence[Port], out: Output) -> int:
+    """Run a check on a robot and write its report; return the exit code of the verdict.
 
     Args:
-        name: name of the setup.
-        setup, scene: the setup and its scene.
-        options: parts and settings of the check.
-        host: the robot's controller; None for a simulated rig.
-        ports: serial ports of the rings.
-        out: output folder.
-        bag: also write the data as a ROS 2 bag.
-        as_json: print JSON instead of text.
-
-    Returns:
-        The exit code of the verdict.
+        live: the check.
+        ports: serial ports of the rings; none for a simulated rig.
+        out: where the report goes.
     """
     console = Terminal(stderr=True)
     attendant = Attendant(console)
-    if host is None:
+    if live.host is None:
         attendant.note(EXEMPT)
-    live = LiveCheck.of(name, setup, scene, options, host)
     for warning in live.warnings:
         attendant.note(f"warning: {warning}")
     with console.status("planning"):
-        plans = plan_check(live.setup, live.scene, options, live.moved)
-    with made_folder(out) as folder:
+        plans = plan_check(live.setup, live.scene, live.options, live.moved)
+    with made_folder(out.folder) as folder:
         files = write_plans(live.scene, plans, folder)
         with gone_is_an_error(), ended_by_signals():
             data = live.record(plans, ports, folder, attendant)
         assert data.file is not None
         try:
-            return _report(data, folder, console, as_json, bag, [*files, data.file.name])
+            return out.report(data, console, [*files, data.file.name])
         except KeyboardInterrupt:
             text = f"interrupted; the recording is complete: check --replay {data.file} assesses it"
             say(f"place-rings: {text}", error=True)
             raise SystemExit(130) from None
 
 
-def check_replay(subject: str | None, path: Path, out: Path, *, bag: bool, as_json: bool) -> int:
+def check_replay(subject: str | None, path: Path, out: Output) -> int:
     """Assess a recording again and write its report; ``subject`` is the setup that must have been
     recorded, None for any. Return the exit code of the verdict.
     """
     console = Terminal(stderr=True)
     with console.status("reading"):
         data = CheckData.replayed(path)
-    setup = data.check.name
-    if subject is not None and subject != setup:
-        raise UserError(f"{path}: found a recording of {setup}, allowed: a recording of {subject}")
-    with made_folder(out) as folder:
-        return _report(data, folder, console, as_json, bag)
+    if subject not in (None, data.check.name):
+        raise UserError(
+            f"{path}: found a recording of {data.check.name}, allowed: a recording of {subject}"
+        )
+    with made_folder(out.folder):
+        return out.report(data, console)
 
 
 def check_files(
-    name: str,
-    setup: Setup,
-    scene: Scene,
-    files: FileOptions,
-    options: CheckOptions,
-    out: Path,
-    as_json: bool,
+    name: str, setup: Setup, scene: Scene, files: FileOptions, options: CheckOptions, out: Output
 ) -> int:
     """Assess a check from files and write its report; return the exit code of the verdict."""
     console = Terminal(stderr=True)
     with console.status("reading"):
         data = file_check(name, setup, scene, files, options)
-    with made_folder(out) as folder:
-        return _report(data, folder, console, as_json)
-
-
-def _report(
-    data: CheckData,
-    folder: Path,
-    console: Terminal,
-    as_json: bool,
-    bag: bool = False,
-    more: Sequence[str] = (),
-) -> int:
-    """Assess a check, write its report and, if wanted, its bag; return the exit code of the
-    verdict, which counts whatever becomes of the bag. ``more`` names files written before.
-    """
-    with console.status("assessing"):
-        assessment = assess(data)
-    code = tell(assessment, [*write_files(data.check, assessment, folder), *more], folder, as_json)
-    if bag and data.file is not None:
-        with console.status("writing the bag"):
-            whole = CheckData.replayed(data.file, thinned=False)
-            epoch = RecordingReader(data.file).epoch
-            files = write_bag(whole.check, whole.gathered, epoch, folder)
-        say(f"  {folder / files[0]}", error=True)
-    return code
+    with made_folder(out.folder):
+        return out.report(data, console)
 
 
 def write_only(setup: Setup, scene: Scene, options: CheckOptions, out: Path) -> None:

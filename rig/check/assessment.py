@@ -11,7 +11,7 @@ from ...objectives.verify import Verifier
 from .check_data import CheckData
 from .findings import differences, missing
 from .models import CheckResult
-from .part_results import PartResults, part_results
+from .part_results import PartResults
 from .records import (
     coverage_of,
     events_of,
@@ -40,13 +40,13 @@ class Assessment:
 def assess(data: CheckData) -> Assessment:
     """Assess a check by the data received."""
     check, gathered = data.check, data.gathered
-    done, setup = part_results(check, gathered), check.setup
+    done, setup = PartResults(check, gathered), check.setup
     verifier = Verifier(check.scene, check.voxel)
     mount = mount_of(check, len(done.stops), done.built, verifier)
     coverage = [coverage_of(check, rod, done.built) for rod in done.rods]
     lines = lines_of(setup, check.ports, gathered)
-    differs = differences(setup, done, mount, coverage, lines)
-    lacks, too_much = missing(check.plans, setup, done, mount, coverage)
+    differs = differences(done, mount, coverage, lines)
+    lacks, too_much = missing(done, mount, coverage)
     ended = next((str(n.get("why")) for n in gathered.notes("ended")), "it was cut off")
     early = [f"ended early: {ended}"] if ended else []
     verdict: Literal["as proposed", "differs", "unfinished"] = "as proposed"

@@ -4,13 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...coverage.rings.ring import Setup
 from .doubt import KINDS, MOST
 from .line_findings import code_findings
 from .models import CoverageModel, LineModel, MountCheckModel
 from .part_results import PartResults
 from .planned_check import ring_names
-from .plans import Plans
 from .port_matching import text
 from .self_check import sensor_names
 
@@ -26,14 +24,13 @@ _NOT_BEGUN = "not finished before the check ended"
 
 
 def differences(
-    setup: Setup,
     done: PartResults,
     mount: MountCheckModel | None,
     coverage: Sequence[CoverageModel],
     ports: Sequence[LineModel],
 ) -> list[str]:
     """List the differences between rig and proposal; ``ports`` are the rings' lines as given."""
-    lines, looks = list[str](), done.self_check
+    lines, looks, setup = list[str](), done.self_check, done.check.setup
     if done.ports:
         lines.append(text(done.ports, ring_names(setup), [port.port for port in ports]))
     lines += [
@@ -73,7 +70,7 @@ def differences(
                 "sensors that differ from the expected reading:"
                 f" {', '.join(looks.named(looks.surprising))}"
             )
-    lines += _doubts(setup, done)
+    lines += _doubts(done)
     lines += [
         f"{setup.group_name(ring)}, by a hand: {fault}"
         for ring, waving in done.waves.items()
@@ -92,7 +89,7 @@ def differences(
     return lines
 
 
-def _doubts(setup: Setup, done: PartResults) -> list[str]:
+def _doubts(done: PartResults) -> list[str]:
     """List the sensors with doubtful readings, kind by kind; those that never answer are named by
     the self check and the mount check.
     """
@@ -105,7 +102,7 @@ def _doubts(setup: Setup, done: PartResults) -> list[str]:
         f"sensors that {_DOUBTS[kind]} in more than {100 * MOST:.0f} % of their readings: "
         + ", ".join(
             f"{name} ({100 * shares[k]:.0f} %)"
-            for name, k in zip(sensor_names(setup, which), which, strict=True)
+            for name, k in zip(sensor_names(done.check.setup, which), which, strict=True)
         )
         for kind, shares, each in zip(KINDS, done.doubt.shares, found, strict=True)
         if len(which := np.flatnonzero(each))
@@ -113,8 +110,6 @@ def _doubts(setup: Setup, done: PartResults) -> list[str]:
 
 
 def missing(
-    plans: Plans,
-    setup: Setup,
     done: PartResults,
     mount: MountCheckModel | None,
     coverage: Sequence[CoverageModel],
@@ -122,8 +117,6 @@ def missing(
     """List the planned parts that could not be assessed, or only partly.
 
     Args:
-        plans: the planned parts.
-        setup: the setup as proposed.
         done: results of the parts.
         mount: result of the mount check.
         coverage: result of the coverage check, target by target.
@@ -131,6 +124,7 @@ def missing(
     Returns:
         The findings, and whether too much is missing for a verdict.
     """
+    plans, setup = done.check.plans, done.check.setup
     lines, waves, stops = list[str](), done.waves, len(done.stops)
     if plans.wave and len(waves) < len(setup.groups):
         what = "rings and single sensors" if setup.singles else "rings"

@@ -1,7 +1,7 @@
 """A check on a real or simulated rig: connect, move or guide the robot, and record."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -34,18 +34,6 @@ from .readiness import Readiness
 
 # factor on time limits: a simulated rig shares the machine with the check
 _REAL, _SIMULATED = 1.0, 100.0
-
-
-@dataclass(frozen=True)
-class _Rig:
-    """Addresses of a rig."""
-
-    address: str
-    """Address of the robot's controller."""
-    ports: Sequence[Port]
-    """Ports of the rings."""
-    simulated: SimulatedRig | None
-    """The simulated rig; None for a real one."""
 
 
 @dataclass(frozen=True)
@@ -108,11 +96,19 @@ class LiveCheck:
         Raises:
             UserError: if the check cannot start.
         """
-        with self._rig(ports, folder, attendant) as rig:
-            check = PlannedCheck.read("check", self._planned(plans, rig).header)
+        with ExitStack() as stack:
+            rig = None
+            if self.host is None:
+                with attendant.working("starting the simulated rig"):
+                    rig = stack.enter_context(self._started(folder))
+                ports = [
+                    Port(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED)
+                    for i, r in enumerate(self.setup.groups)
+                ]
+            check = PlannedCheck.read("check", self._planned(plans, ports).header)
             recording = Recording(_free(folder), {"check": check.header})
             session = Session(
-                *(rig.address, check.ports, recording),
+                *(rig.address if rig else str(self.host), check.ports, recording),
                 limits=self.scene.link,
                 patience=self._patience,
                 thinned=True,
@@ -130,31 +126,24 @@ class LiveCheck:
     def _patience(self) -> float:
         return _SIMULATED if self.host is None else _REAL
 
-    @contextmanager
-    def _rig(self, ports: Sequence[Port], folder: Path, attendant: Attendant) -> Iterator[_Rig]:
-        if self.host is not None:
-            yield _Rig(self.host, ports, None)
-            return
-        with ExitStack() as stack:
-            with attendant.working("starting the simulated rig"):
-                rig = stack.enter_context(_started(self.scene, self.setup, self.options, folder))
-            own = [
-                Port(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED)
-                for i, r in enumerate(self.setup.groups)
-            ]
-            yield _Rig(rig.address, own, rig)
+    def _started(self, folder: Path) -> SimulatedRig:
+        options = self.options
+        try:
+            return simulated_rig(self.scene, self.setup, options.seed, folder, options.injected)
+        except SimulationError as error:
+            raise UserError(f"--rig sim: {error}") from error
 
-    def _planned(self, plans: Plans, rig: _Rig) -> PlannedCheck:
+    def _planned(self, plans: Plans, ports: Sequence[Port]) -> PlannedCheck:
         return PlannedCheck(
             name=self.name,
             proposal=ProposalFile.of(self.setup, self.scene),
             seed=self.options.seed,
-            simulated=rig.simulated is not None,
+            simulated=self.host is None,
             faults=self.options.injected,
             moved=self.moved,
             stale_s=self.scene.link.state_stale * self._patience,
             voxel=self.options.voxel,
-            ports=rig.ports,
+            ports=ports,
             seconds=plans.seconds,
             wave=plans.wave,
             stops=plans.mount,
@@ -163,7 +152,11 @@ class LiveCheck:
         )
 
     def _follow(
-        self, session: Session, check: PlannedCheck, rig: _Rig, attendant: Attendant
+        self,
+        session: Session,
+        check: PlannedCheck,
+        rig: SimulatedRig | None,
+        attendant: Attendant,
     ) -> None:
         """Run the plans; raise UserError if they cannot start."""
         setup, plans = check.setup, check.plans
@@ -173,8 +166,8 @@ class LiveCheck:
         moves = self.moved and bool(plans.poses)
         if why := not moves and not_running(state.mode):
             session.say("warning", text=why)
-        real = rig.simulated is None
-        ready = Readiness(session, check, self.options, attendant, rig.address, real)
+        address = rig.address if rig else str(self.host)
+        ready = Readiness(session, check, self.options, attendant, address, rig is None)
         ready.await_rings()
         if moves:
             state = self._state(session.link.latest)  # the rings may have taken long
@@ -185,12 +178,10 @@ class LiveCheck:
             if moves:
                 robot = ready.moved_robot(state.q, view.resume)
                 stack.callback(robot.close)
-            rod = plans.rods[0].rod if plans.rods else Rod()
-            helper = (
-                Helper(view.ask, setup, moves)
-                if rig.simulated is None
-                else SimulatedHelper(rig.simulated, setup, rod)
-            )
+            helper: Helper | SimulatedHelper = Helper(view.ask, setup, moves)
+            if rig is not None:
+                rod = plans.rods[0].rod if plans.rods else Rod()
+                helper = SimulatedHelper(rig, setup, rod)
             stack.enter_context(view)
             before = ready.require_self_check if moves else lambda: None
             deeds = (robot.order, robot.stand, helper.put, helper.wave, view.show)
@@ -202,13 +193,6 @@ class LiveCheck:
             return state()
         except LinkFaultError as fault:
             raise UserError(f"--robot-host {self.host or 'sim'}: {fault}") from fault
-
-
-def _started(scene: Scene, setup: Setup, options: CheckOptions, folder: Path) -> SimulatedRig:
-    try:
-        return simulated_rig(scene, setup, options.seed, folder, options.injected)
-    except SimulationError as error:
-        raise UserError(f"--rig sim: {error}") from error
 
 
 def _free(folder: Path) -> Path:

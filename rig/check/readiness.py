@@ -18,7 +18,7 @@ from .actors import Ask, MovedRobot, hurried
 from .attendant import Attendant
 from .findings import differences
 from .options import CheckOptions
-from .part_results import part_results
+from .part_results import PartResults
 from .planned_check import PlannedCheck, ring_names
 from .preconditions import (
     least_near_share,
@@ -102,8 +102,8 @@ class Readiness:
         session, check = self.session, self.check
         gathered = session.gathered.snapshot(session.rings.counts)
         only = replace(check, stops=None, trials=())
-        done, lines = part_results(only, gathered), lines_of(check.setup, check.ports, gathered)
-        if differs := [*done.failures, *differences(check.setup, done, None, (), lines)]:
+        done, lines = PartResults(only, gathered), lines_of(check.setup, check.ports, gathered)
+        if differs := [*done.failures, *differences(done, None, (), lines)]:
             if not self.options.allow_differing_self_check:
                 raise EndedError(
                     f"the self check differs, so the robot was not moved: {'; '.join(differs)};"

@@ -1,7 +1,6 @@
 """Convert collected data and results to the models of a check."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -43,13 +42,12 @@ def seconds_of(gathered: Gathered) -> float:
     return round(times[-1] - times[0], 3)
 
 
-def _clock(alignment: Alignment | None) -> tuple[float | None, float | None]:
-    """Return drift in ppm and jitter in ms."""
-    return (
-        (None, None)
-        if alignment is None
-        else (round(1e6 * alignment.drift, 2), round(1000 * alignment.jitter, 3))
-    )
+def _clock(alignment: Alignment | None) -> dict[str, float]:
+    """Return drift and jitter of a clock; none of an unknown one."""
+    if alignment is None:
+        return {}
+    drift, jitter = round(1e6 * alignment.drift, 2), round(1000 * alignment.jitter, 3)
+    return {"drift_ppm": drift, "jitter_ms": jitter}
 
 
 def link_of(gathered: Gathered) -> LinkModel:
@@ -60,27 +58,34 @@ def link_of(gathered: Gathered) -> LinkModel:
         ended = ": ".join(
             t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t
         )
-    drift, jitter = _clock(gathered.clock())
     states, seconds = gathered.state_count, seconds_of(gathered)
-    return LinkModel(states=states, seconds=seconds, drift_ppm=drift, jitter_ms=jitter, ended=ended)
+    return LinkModel(states=states, seconds=seconds, ended=ended, **_clock(gathered.clock()))
 
 
 def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[LineModel]:
     """Describe every ring's line."""
-    rows, clocks = [], gathered.clocks(len(ports))
-    for i, (ring, port, c, clock) in enumerate(
-        zip(setup.groups, ports, gathered.counts, clocks, strict=True)
-    ):
-        counts: Any = {
-            key: getattr(c, key) for key in ("frames", "lost", "late", "corrupt", "restarts")
-        }
-        drift, jitter = _clock(clock)
-        counts |= {"foreign": c.foreign or None, "codes_of": chip_of(c)}
-        counts["unknown_codes"] = unknown_codes(c)
-        counts["serial"] = next((s for s, _ in c.serials.most_common(1)), None)
-        where: Any = {"ring": i, "link": ring.link, "port": port.name, "decoder": port.decoder}
-        rows.append(LineModel(**where, **counts, drift_ppm=drift, jitter_ms=jitter))
-    return rows
+    clocks = gathered.clocks(len(ports))
+    return [
+        LineModel(
+            ring=i,
+            link=ring.link,
+            port=port.name,
+            decoder=port.decoder,
+            frames=c.frames,
+            lost=c.lost,
+            late=c.late,
+            corrupt=c.corrupt,
+            restarts=c.restarts,
+            foreign=c.foreign or None,
+            unknown_codes=unknown_codes(c),
+            codes_of=chip_of(c),
+            serial=next((s for s, _ in c.serials.most_common(1)), None),
+            **_clock(clock),
+        )
+        for i, (ring, port, c, clock) in enumerate(
+            zip(setup.groups, ports, gathered.counts, clocks, strict=True)
+        )
+    ]
 
 
 def events_of(gathered: Gathered) -> list[EventModel]:
@@ -152,11 +157,11 @@ def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfMo
     hands = [
         WavingModel(
             ring=i,
-            seats=[int(s) if s >= 0 else None for s in w.seat],
-            faults=w.faults(),
-            missed=list(w.missed),
+            seats=[None if seat < 0 else seat for seat in wave.seat.tolist()],
+            faults=wave.faults(),
+            missed=list(wave.missed),
         )
-        for i, w in waved.items()
+        for i, wave in waved.items()
     ]
     return SelfModel(
         rings=list(done.rings),
@@ -171,15 +176,17 @@ def sensors_of(setup: Setup, found: Doubt | None) -> list[SensorHealthModel]:
     """Describe the doubtful readings of each sensor."""
     if found is None:
         return []
-    keys, percents = [f"{kind}_percent" for kind in KINDS], np.round(100 * found.shares, 3).tolist()
+    names = sensor_names(setup, np.arange(setup.sensors))
+    columns = (names, found.readings.tolist(), found.found.any(axis=0).tolist())
+    rows = zip(*columns, np.round(100 * found.shares.T, 3).tolist(), strict=True)
     return [
         SensorHealthModel(
             sensor=name,
-            readings=int(found.readings[k]),
-            doubtful=bool(found.found[:, k].any()),
-            **{key: values[k] for key, values in zip(keys, percents, strict=True)},
+            readings=readings,
+            doubtful=doubtful,
+            **{f"{kind}_percent": share for kind, share in zip(KINDS, shares, strict=True)},
         )
-        for k, name in enumerate(sensor_names(setup, np.arange(setup.sensors)))
+        for name, readings, doubtful, shares in rows
     ]
 
 

@@ -55,24 +55,23 @@ class Retention:
             self.note(max((s.time for s in states[-1:]), default=-np.inf), {"what": "end"})
         begun = max(self._begun, now - LONGEST)  # what is older is not of the step under way
         due = min(now - 2 * self._margin, begun - self._margin)
-        start = self._decided[0]
-        some = states[start : _before(due, [s.time for s in states[start:]]) + start]
-        last = [i == len(states) - start - 1 for i, _ in enumerate(some)]
-        kept = (
-            self._within([s.time for s in some])
-            | self._first_of_seconds(some)
-            | np.array(last, bool)
-        )
-        states[start : start + len(some)] = [s for s, k in zip(some, kept, strict=True) if k]
-        self._decided[0] += int(kept.sum())
-        self.states += len(some) - int(kept.sum())
-        start = self._decided[1]
-        more = frames[start : _before(due, [f.time for _, f in frames[start:]]) + start]
-        stays = self._within([f.time for _, f in more]) | np.array(
-            [f.sequence % EVERY == 0 for _, f in more], bool
-        )
-        frames[start : start + len(more)] = [f for f, k in zip(more, stays, strict=True) if k]
-        self._decided[1] += int(stays.sum())
+        times = [s.time for s in states[self._decided[0] :]]
+        n = _before(due, times)
+        stays = self._first_of_seconds(times[:n])
+        stays[len(times) - 1 :] = True  # the last one
+        self.states += self._thin(0, states, times[:n], stays)
+        times = [f.time for _, f in frames[self._decided[1] :]]
+        n = _before(due, times)
+        numbers = [f.sequence for _, f in frames[self._decided[1] :][:n]]
+        self._thin(1, frames, times[:n], np.array(numbers, int) % EVERY == 0)
+
+    def _thin(self, kind: int, items: list[Any], times: Sequence[float], stays: np.ndarray) -> int:
+        """Decide about the next items, at ``times`` s; return how many are left out."""
+        start = self._decided[kind]
+        kept = [start + i for i in np.flatnonzero(stays | self._within(times))]
+        items[start : start + len(times)] = [items[i] for i in kept]
+        self._decided[kind] += len(kept)
+        return len(times) - len(kept)
 
     def _within(self, times: Sequence[float]) -> Bool[np.ndarray, " n"]:
         """Return which of these times are in a step or near to one."""
@@ -83,11 +82,10 @@ class Retention:
                 near |= (time >= begun - self._margin) & (time <= end + self._margin)
         return near
 
-    def _first_of_seconds(self, states: Sequence[State]) -> Bool[np.ndarray, " n"]:
-        """Return which states are the first in a second of this computer's clock."""
-        first = np.zeros(len(states), bool)
-        for i, state in enumerate(states):
-            first[i], self._second = int(state.time) != self._second, int(state.time)
+    def _first_of_seconds(self, times: Sequence[float]) -> Bool[np.ndarray, " n"]:
+        """Return which times are the first in a second of this computer's clock."""
+        first = np.diff([self._second, *map(int, times)]) != 0
+        self._second = int(times[-1]) if len(times) else self._second
         return first
 
 

@@ -380,7 +380,7 @@ def test_the_robot_is_judged_as_it_is_once_the_rings_have_begun():
     check = Mock(spec=PlannedCheck, setup=SETUP, plans=Mock(poses=poses), ports=[])
     moved = live.LiveCheck("small.toml", SETUP, SCENE, MOVING, "192.0.2.7")
     with refused("--move", RobotMode.POWER_OFF.name):
-        moved._follow(session, check, Mock(simulated=None, address="h"), Mock(spec=Attendant))
+        moved._follow(session, check, None, Mock(spec=Attendant))
 
 
 def test_a_board_that_the_proposal_does_not_name_is_refused():
@@ -601,7 +601,7 @@ def test_the_limits_of_a_real_rig_are_its_scenes_and_those_of_a_simulated_one_re
 
     rig = Mock(spec=SimulatedRig, address="a", ring=lambda i: "port")
     monkeypatch.setattr(live, "Session", session)
-    monkeypatch.setattr(live, "_started", lambda *_: nullcontext(rig))
+    monkeypatch.setattr(live.LiveCheck, "_started", lambda *_: nullcontext(rig))
     words = at_hand if host else ["check", "small.toml", "--rig", "sim"]
     with pytest.raises(EnoughError):
         call(*words, "--part", "self")
@@ -632,7 +632,7 @@ def test_a_process_that_is_gone_does_not_end_the_check_with_it(monkeypatch, at_h
         told.append(signal.getsignal(signal.SIGPIPE))
         raise EnoughError
 
-    monkeypatch.setattr(live, "_started", started)
+    monkeypatch.setattr(live.LiveCheck, "_started", started)
     try:
         with pytest.raises(EnoughError):
             call("check", "small.toml", "--rig", "sim", "--part", "self", "--out", "out")

@@ -13,11 +13,12 @@ from place_rings.rig.check.findings import missing
 from place_rings.rig.check.options import CheckOptions
 from place_rings.rig.check.part_results import PartResults
 from place_rings.rig.check.planned_check import ring_names
-from place_rings.rig.check.plans import Plans, plan_check
+from place_rings.rig.check.plans import plan_check
 from place_rings.rig.check.report import page
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import places, plan_rod
+from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.world import DEAD
 
@@ -111,7 +112,8 @@ def test_a_hand_is_passed_over_single_sensors_too():
         "ring forearm.0",
         "sensor pad (forearm)",
     ]
-    (line,), _ = missing(Plans(1.0, None, wave=True), MIXED, PartResults(stops=[]), None, [])
+    asked = about_file("singles", SCENE, MIXED, None, [])
+    (line,), _ = missing(PartResults(asked, Gathered()), None, [])
     assert "0 of 3 " in line
 
 

@@ -18,7 +18,7 @@ from place_rings.objectives.scene import Obstacle, paper_scene
 from place_rings.rig.check import part_results as parts
 from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.findings import differences
-from place_rings.rig.check.part_results import part_results
+from place_rings.rig.check.part_results import PartResults
 from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.channel_assignment import Order
@@ -329,7 +329,7 @@ def test_frames_of_another_number_of_zones_are_said(zoned):
     proposal = ProposalFile.of(SETUP, SCENE)
     other = replace(checked, proposal=proposal, ports=ports, stops=None, wave=False)
     recorded = RecordingReader(file)
-    done = part_results(other, replay(recorded.records(), checked.ports, checked.stale_s))
+    done = PartResults(other, replay(recorded.records(), checked.ports, checked.stale_s))
     assert done.grids == {0: (16, 64)}
 
 
@@ -341,7 +341,7 @@ def test_zones_that_read_the_same_wherever_the_robot_stands_are_a_finding(
     file, checked = zoned
     monkeypatch.setattr(parts, "fit_mount", Mock(side_effect=ValueError("not fitted here")))
     gathered = replay(RecordingReader(file).records(), checked.ports, checked.stale_s)
-    assert part_results(checked, gathered).frozen == []
+    assert PartResults(checked, gathered).frozen == []
 
     def held(zones):
         mm, status = zones.mm.copy(), zones.status.copy()
@@ -350,9 +350,9 @@ def test_zones_that_read_the_same_wherever_the_robot_stands_are_a_finding(
         return Zones(mm, status)
 
     gathered.frames = [(ring, replace(f, zones=held(f.zones))) for ring, f in gathered.frames]
-    done = part_results(checked, gathered)
+    done = PartResults(checked, gathered)
     assert [name.split()[0] for name in done.frozen] == ["0:3"] * found
-    told = differences(checked.setup, done, None, (), [])
+    told = differences(done, None, (), [])
     assert any("0:3" in line and "zones" in line for line in told) == found
 
 
