@@ -150,16 +150,8 @@ class _Log:
     def _said(self, time: float, note: dict[str, Any]) -> Iterator[_Told]:
         match note:
             case {"what": "begin", "step": str(step), "number": int(number)}:
-                yield self._step(time, step, number)
-            case {
-                "what": "step",
-                "step": str(step),
-                "number": int(number),
-                "begin": float(begin),
-                "end": float(end),
-            }:
-                yield self._step(begin, step, number)
-                yield _Told(end, 0, STEPS, TEXT, self._make.text("end"))
+                text = step if step == "self" else f"{step} {number}"
+                yield _Told(time, 1, STEPS, TEXT, self._make.text(text))
             case {"what": "end"}:
                 yield _Told(time, 0, STEPS, TEXT, self._make.text("end"))
             case {"what": "warning", "text": str(text)}:
@@ -170,10 +162,6 @@ class _Log:
                 yield self._line(
                     time, _ERROR if what == "link ended" else _INFORMATION, "check", text
                 )
-
-    def _step(self, time: float, step: str, number: int) -> _Told:
-        text = step if step == "self" else f"{step} {number}"
-        return _Told(time, 1, STEPS, TEXT, self._make.text(text))
 
     def _line(self, time: float, level: int, name: str, text: str) -> _Told:
         message = self._make.log(self._start + time, level, name, text)

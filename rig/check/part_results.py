@@ -195,8 +195,8 @@ class PartResults:
         zones = {i: zones_at_stops(part[0], setup, i, part[1]) for i in zoned(setup)}
         zones = {i: stops for i, stops in zones.items() if stops.total.any()}
         fits = fit_mount(scene, setup, read, zones=zones)
-        mute = (read.failed == read.total).all(axis=0)[setup.sensors - len(setup.singles) :]
-        return AsBuilt(scene, setup, fits, tuple(int(k) for k in np.flatnonzero(mute)))
+        singles = np.flatnonzero(read.mute[setup.sensors - len(setup.singles) :])
+        return AsBuilt(scene, setup, fits, tuple(singles.tolist()))
 
     def _rods(self) -> list[RodCheck]:
         done, first, checks = {s.number for s in self._steps if s.what == "trial"}, 0, []

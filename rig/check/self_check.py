@@ -5,13 +5,13 @@ which see the robot.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
-from ..sensing.expected import ROBOT, expected
+from ..sensing.expected import ROBOT, Expected, expected
 from ..sensing.noise import Noise
-from ..sensing.readings import Readings, at_stops
+from ..sensing.readings import Readings, Stops, at_stops
 from ..sensing.zone_grid import zoned
 from ..sensing.zone_state import ZoneState, zone_state
 from .models import LookModel
@@ -31,22 +31,25 @@ class SelfCheck:
     """The rings as proposed."""
     rings: tuple[LookModel, ...]
     """Frames of each ring."""
-    answers: Float[np.ndarray, " K"]
-    """Share of readings that are not failures."""
-    valid: Float[np.ndarray, " K"]
-    """Share of readings with a target."""
-    distance: Float[np.ndarray, " K"]
-    """Median distance, m."""
-    spread: Float[np.ndarray, " K"]
-    """Standard deviation estimated from the median, m."""
-    expected: Float[np.ndarray, " K"]
-    """Expected distance, m; infinite where no target is expected."""
-    what: Int[np.ndarray, " K"]
-    """The expected target, coded as in ``Expected``."""
+    stops: Stops
+    """The readings, at one stop."""
+    wanted: Expected
+    """The expected readings there."""
     noise: Noise
     """Noise model of the sensors."""
     zones: tuple[ZoneState, ...] = ()
     """State of the zones of each ring that sends zones."""
+
+    @property
+    def answers(self) -> Float[np.ndarray, " K"]:
+        """Share of readings that are not failures."""
+        total = np.maximum(self.stops.total[0], 1)
+        return np.asarray((self.stops.total[0] - self.stops.failed[0]) / total)
+
+    @property
+    def valid(self) -> Float[np.ndarray, " K"]:
+        """Share of readings with a target."""
+        return np.asarray(self.stops.valid[0] / np.maximum(self.stops.total[0], 1))
 
     @property
     def silent_zones(self) -> list[str]:
@@ -70,19 +73,13 @@ class SelfCheck:
     @property
     def on_robot(self) -> Int[np.ndarray, " s"]:
         """Sensors that are expected to see the robot itself here, and read about that distance."""
-        here = self.what == ROBOT
-        with np.errstate(invalid="ignore"):
-            return np.flatnonzero(
-                here & (np.abs(self.distance - self.expected) <= self._tolerance())
-            )
+        return np.flatnonzero((self.wanted.what[0] == ROBOT) & ~self._off & self._sees)
 
     @property
     def noisy(self) -> Int[np.ndarray, " s"]:
         """Sensors whose readings scatter more than expected."""
         with np.errstate(invalid="ignore"):
-            return np.flatnonzero(
-                self.spread > _NOISY * self.noise.at(np.nan_to_num(self.distance))
-            )
+            return np.flatnonzero(self.stops.spread[0] > _NOISY * self._deviation)
 
     @property
     def lossy(self) -> Int[np.ndarray, " s"]:
@@ -94,14 +91,23 @@ class SelfCheck:
         """Sensors that differ from the expected reading: a ring is mounted differently, or an
         object is missing from the scene.
         """
-        with np.errstate(invalid="ignore"):
-            off = np.abs(self.distance - self.expected) > self._tolerance()
-        return np.flatnonzero(
-            (self.answers > 0) & (off | (np.isfinite(self.distance) != np.isfinite(self.expected)))
-        )
+        return np.flatnonzero((self.answers > 0) & self._off)
 
-    def _tolerance(self) -> Float[np.ndarray, " K"]:
-        return _BODY + _SURE * self.noise.at(np.nan_to_num(self.distance))
+    @property
+    def _sees(self) -> Bool[np.ndarray, " K"]:
+        return np.isfinite(self.stops.distance[0])
+
+    @property
+    def _deviation(self) -> Float[np.ndarray, " K"]:
+        return self.noise.at(np.nan_to_num(self.stops.distance[0]))
+
+    @property
+    def _off(self) -> Bool[np.ndarray, " K"]:
+        """Which sensors differ from the expected reading."""
+        distance, wanted = self.stops.distance[0], self.wanted.distance[0]
+        with np.errstate(invalid="ignore"):
+            far = np.abs(distance - wanted) > _BODY + _SURE * self._deviation
+        return np.asarray(far | (self._sees != np.isfinite(wanted)))
 
     def named(self, which: Int[np.ndarray, " s"]) -> list[str]:
         """Name sensors as ``sensor_names`` does."""
@@ -129,42 +135,23 @@ def self_check(
         raise ValueError("no reading of any ring; read every ring for some seconds")
     q = np.median(readings.joints, axis=0)[None]
     stops, wanted = at_stops(readings, setup, q), expected(scene, setup, q)
-    total = np.maximum(stops.total[0], 1)
     states = [zone_state(scene, setup, i, readings, q) for i in zoned(setup)]
-    answers = (stops.total[0] - stops.failed[0]) / total
     rings = tuple(
-        _look(i, readings.time[readings.ring == i], answers[k], stops.spread[0, k])
-        for i, k in enumerate(setup.slices)
+        _look(i, readings.time[readings.ring == i], stops.of(k)) for i, k in enumerate(setup.slices)
     )
-    return SelfCheck(
-        setup,
-        rings,
-        answers,
-        stops.valid[0] / total,
-        stops.distance[0],
-        stops.spread[0],
-        wanted.distance[0],
-        wanted.what[0],
-        noise or Noise(),
-        tuple(z for z in states if z is not None),
-    )
+    zones = tuple(state for state in states if state is not None)
+    return SelfCheck(setup, rings, stops, wanted, noise or Noise(), zones)
 
 
-def _look(
-    ring: int,
-    time: Float[np.ndarray, " n"],
-    answers: Float[np.ndarray, " k"],
-    spread: Float[np.ndarray, " k"],
-) -> LookModel:
-    """Describe a ring by the times of its readings, s, and by the shares of answers and the
-    standard deviations, m, of its k sensors."""
-    frames, known = np.unique(time), spread[np.isfinite(spread)]
-    period = np.diff(frames)
+def _look(ring: int, time: Float[np.ndarray, " n"], stops: Stops) -> LookModel:
+    """Describe a ring by the times of its readings, s, and by what its sensors read."""
+    frames, spread = np.unique(time), stops.spread[0]
+    period, known = np.diff(frames), spread[np.isfinite(spread)]
     return LookModel(
         ring=ring,
         frames=len(frames),
         rate_hz=round(float(1 / period.mean()), 3) if len(period) else 0.0,
         gaps=int((period > _GAP * np.median(period)).sum()) if len(period) else 0,
-        answering=int((answers > 0).sum()),
+        answering=int((stops.total[0] > stops.failed[0]).sum()),
         scatter_mm=round(1000 * float(np.median(known)), 3) if len(known) else None,
     )

@@ -8,7 +8,7 @@ readings of the known cell, and the assignment of wires to seats.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -34,22 +34,6 @@ _OFTEN = 3  # stops with an expected target, after which a sensor without readin
 _ASTRAY = 4.0  # mean cost of a stop, above which the readings do not fit the seat
 
 
-@dataclass(frozen=True)
-class _Measured:
-    """What the n wires of a ring read at P stops."""
-
-    joints: Float[np.ndarray, "P J"]
-    """Joint angles, rad."""
-    distance: Float[np.ndarray, "P n"]
-    """Median, m; nan without a target."""
-    valid: Int[np.ndarray, "P n"]
-    """Number of readings of each median."""
-    mute: Bool[np.ndarray, " n"]
-    """Which wires never answered."""
-    zones: Stops | None
-    """The same of the zones; None for sensors of one zone."""
-
-
 def fit_mount(
     scene: Scene,
     setup: Setup,
@@ -67,24 +51,24 @@ def fit_mount(
     """
     fits = []
     for i, (ring, k) in enumerate(zip(setup.rings, setup.slices, strict=False)):
-        mute = (stops.failed[:, k] == stops.total[:, k]).all(axis=0)
-        here = (stops.joints, stops.distance[:, k], stops.valid[:, k])
-        measured = _Measured(*here, mute, (zones or {}).get(i))
+        read, grids = stops.of(k), (zones or {}).get(i)
         try:
-            fits.append((_fit if measured.zones is None else _fit_zones)(scene, ring, measured))
+            fits.append(
+                _fit(scene, ring, read) if grids is None else _fit_zones(scene, ring, read, grids)
+            )
         except MountError as error:
-            dead = tuple(int(wire) for wire in np.flatnonzero(mute))
-            why = f"{error}: {_advice(scene, ring, measured)}"
+            dead = tuple(int(wire) for wire in np.flatnonzero(read.mute))
+            why = f"{error}: {_advice(scene, ring, read)}"
             fits.append(RingFit.none(ring, dead, why))
     return tuple(fits)
 
 
-def _advice(scene: Scene, ring: Ring, measured: _Measured) -> str:
+def _advice(scene: Scene, ring: Ring, stops: Stops) -> str:
     """Return what to do about a ring with too few readings of the cell."""
-    if measured.mute.all():
+    if stops.mute.all():
         return "no sensor of it answers: check its cable, its power and its firmware"
-    what = expected(scene, Setup((ring,)), measured.joints).what
-    read, own, cell = np.isfinite(measured.distance).sum(), what == ROBOT, what == CELL
+    what = expected(scene, Setup((ring,)), stops.joints).what
+    read, own, cell = np.isfinite(stops.distance).sum(), what == ROBOT, what == CELL
     places = f"of {what.size} at the stops, {read} have a distance; as proposed, {cell.sum()} meet"
     places += f" the cell and {own.sum()} the robot itself"
     if 2 * cell.sum() >= what.size:
@@ -96,16 +80,16 @@ def _advice(scene: Scene, ring: Ring, measured: _Measured) -> str:
     )
 
 
-def _fit_zones(scene: Scene, ring: Ring, measured: _Measured) -> RingFit:
+def _fit_zones(scene: Scene, ring: Ring, stops: Stops, zones: Stops) -> RingFit:
     """Fit a ring of sensors with zones; without values if their grids fit no turn.
 
     The first returns, which do not depend on the order of the zones, then show where the ring sits
     and which sensor is which, so that the order can be named.
     """
-    fit = alone = _fit(scene, ring, replace(measured, zones=None))
-    if not (misfits := _misfits(scene, fit, measured)):
-        fit = _fit(scene, ring, measured)
-        if not (misfits := _misfits(scene, fit, measured)):
+    fit = alone = _fit(scene, ring, stops)
+    if not (misfits := _misfits(scene, fit, zones)):
+        fit = _fit(scene, ring, stops, zones)
+        if not (misfits := _misfits(scene, fit, zones)):
             return fit
     return replace(
         alone,
@@ -117,11 +101,9 @@ def _fit_zones(scene: Scene, ring: Ring, measured: _Measured) -> RingFit:
     )
 
 
-def _misfits(scene: Scene, fit: RingFit, measured: _Measured) -> dict[int, str]:
+def _misfits(scene: Scene, fit: RingFit, zones: Stops) -> dict[int, str]:
     """Return what is mixed in a fitted ring's grids that fit no turn and no mirror, by wire."""
-    zones = measured.zones
-    assert zones is not None
-    wanted = expected_zones(scene, Setup((fit.ring,)), 0, measured.joints)[..., 0]
+    wanted = expected_zones(scene, Setup((fit.ring,)), 0, zones.joints)[..., 0]
     wanted = wanted + fit.offset
     found = dict[int, str]()
     for wire in np.setdiff1d(np.arange(fit.ring.count), fit.dead):
@@ -131,10 +113,10 @@ def _misfits(scene: Scene, fit: RingFit, measured: _Measured) -> dict[int, str]:
     return found
 
 
-def _fit(scene: Scene, ring: Ring, measured: _Measured) -> RingFit:
+def _fit(scene: Scene, ring: Ring, stops: Stops, zones: Stops | None = None) -> RingFit:
     """Fit a ring, with the readings of its zones if there are some."""
-    joints, distance, zones = measured.joints, measured.distance, measured.zones
-    sigma = USUAL_NOISE.at(np.nan_to_num(distance)) * median_error(measured.valid)
+    joints, distance = stops.joints, stops.distance
+    sigma = USUAL_NOISE.at(np.nan_to_num(distance)) * median_error(stops.valid)
     none, ways = ~np.isfinite(distance).any(axis=0), both_ways((ring,))
     tables = {
         bool(i): costs(distance, expected(scene, way, joints).distance, COARSE)
@@ -152,11 +134,11 @@ def _fit(scene: Scene, ring: Ring, measured: _Measured) -> RingFit:
     silent = np.flatnonzero(none | (same & (each > _ASTRAY)))
 
     def seated(read: Read, seat: Int[np.ndarray, " n"]) -> _Seated:
-        return _seated(scene, start, measured, read, seat, silent)
+        return _seated(scene, start, stops.valid, zones, read, seat, silent)
 
     found, turns = seated(Read(joints, distance, sigma), seat), None
     if zones is not None:
-        lost = np.flatnonzero(none | measured.mute)
+        lost = np.flatnonzero(none | stops.mute)
         turns = _turns(scene, found, zones, joints, order, lost)
         least, nearest = nearest_zones(scene, found.built, zones, joints, found.seat, turns)
         least = np.where(np.isfinite(distance), least, np.nan)
@@ -173,7 +155,7 @@ def _fit(scene: Scene, ring: Ring, measured: _Measured) -> RingFit:
     some = free(scene, ring)
     often = (np.isfinite(wanted) & (wanted >= near)).sum(axis=0)[seat] >= _OFTEN
     astray = table[np.arange(ring.count), seat] / len(joints) > _ASTRAY
-    dead = measured.mute | (none & often) | (same & astray)
+    dead = stops.mute | (none & often) | (same & astray)
     return RingFit(
         ring,
         found.built if turns is None else turns.stated_in(found.built),
@@ -221,7 +203,8 @@ def _turns(
 def _seated(
     scene: Scene,
     start: Ring,
-    measured: _Measured,
+    valid: Int[np.ndarray, "P n"],
+    zones: Stops | None,
     read: Read,
     seat: Int[np.ndarray, " n"],
     silent: Int[np.ndarray, " s"],
@@ -232,13 +215,13 @@ def _seated(
     Args:
         scene: with the known cell.
         start: the ring without errors.
-        measured: its readings, by wire.
+        valid: number of readings of each median, by wire.
+        zones: readings of its zones, by wire; None for sensors of one zone.
         read: those from which its errors are estimated.
         seat: (n,) initial seat of each wire.
         silent: wires (s,) without information.
     """
-    values, wires, zones = np.zeros(4), np.arange(start.count), measured.zones
-    count = measured.valid[measured.valid > 0]
+    values, wires, count = np.zeros(4), np.arange(start.count), valid[valid > 0]
     number = float(np.median(count)) if len(count) else 1.0  # typical, of a median's readings
     by_wire = np.where(np.isin(wires, silent), np.nan, read.distance)
     for _ in range(_SEATINGS):

@@ -114,6 +114,16 @@ class Stops:
     spread: Float[np.ndarray, "*wires"]
     """1.4826 times the median absolute deviation, m; nan for fewer than two valid readings."""
 
+    def of(self, wires: slice) -> "Stops":
+        """Return the readings of some of the sensors."""
+        arrays = (self.distance, self.valid, self.total, self.failed, self.spread)
+        return Stops(self.joints, *(array[:, wires] for array in arrays))
+
+    @property
+    def mute(self) -> Bool[np.ndarray, " K"]:
+        """Which sensors never answered."""
+        return np.asarray((self.failed == self.total).all(axis=0))
+
 
 def at_stops(readings: Readings, setup: Setup, joints: Float[np.ndarray, "P J"]) -> Stops:
     """Group readings by stop; readings taken between stops are omitted.
