@@ -14,7 +14,8 @@ class Explained:
     """A table with a title above it, and a text below it that explains its columns.
 
     Title and text wrap at the width of the terminal; rich would wrap them at that of the table. A
-    table that is too wide for the terminal has no blanks beside its cells.
+    table that is too wide for the terminal has no blanks beside its cells; if that is not enough,
+    it is turned, with a line for each column.
     """
 
     title: str
@@ -52,6 +53,25 @@ class Explained:
         return Explained(title, table, text)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        wanted = self.table.__rich_measure__(console, options.update(width=_ENDLESS)).maximum
-        self.table.padding = (0, 0) if wanted > options.max_width else (0, 1)
-        yield from (self.title, self.table, self.text)
+        table, endless = self.table, options.update(width=_ENDLESS)
+
+        def width(table: Table) -> int:
+            return table.__rich_measure__(console, endless).maximum
+
+        if width(table) > options.max_width:
+            table.padding = (0, 0)
+            turned = _turned(table)
+            if options.max_width < width(table) and width(turned) < width(table):
+                table = turned
+        yield from (self.title, table, self.text)
+
+
+def _turned(table: Table) -> Table:
+    """Return the table with its columns as rows; the first column becomes the heads."""
+    first, *others = table.columns
+    turned = Table(first.header)
+    for cell, row in zip(first.cells, table.rows, strict=True):
+        turned.add_column(cell, justify="right", overflow="fold", style=row.style or "")
+    for column in others:
+        turned.add_row(column.header, *column.cells)
+    return turned

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.reporting import progress
+from place_rings.reporting.explained import Explained
 from place_rings.reporting.terminal import Terminal
 from place_rings.reporting.text import with_error
 
@@ -105,3 +106,14 @@ def test_a_count_is_written_with_its_error_rounded_up(percent, error):
     assert float(zeta) == pytest.approx(percent, abs=0.0051)
     assert 100 * error - 1e-6 <= float(stated) <= 100 * error + 0.0101
     assert with_error(percent, None) == zeta
+
+
+def test_a_table_wider_than_the_terminal_is_turned_and_keeps_every_cell():
+    heads = ("setup", *(f"V_S(0.{i}) dark clothing" for i in range(9)))
+    rows = [[name, *(f"{i}.25 ± 1.37" for i in range(9))] for name in ("proposal", "n1_8_0")]
+    console = Terminal(file=StringIO(), force_terminal=True, width=80, color_system=None)
+    console.print(Explained.of("title", heads, rows, "text", bold=("proposal",)))
+    lines = console.file.getvalue().splitlines()
+    assert max(map(len, lines)) <= 80
+    for i in range(9):
+        assert sum(heads[i + 1] in line and line.count(rows[0][i + 1]) == 2 for line in lines) == 1
