@@ -123,8 +123,7 @@ def _draw(facts: "Facts", folder: Path) -> None:
     """Draw the pictures of the page: the setup, a section, the blind spots of each target, and the
     mounting of each link's rings."""
     from .reporting.placement_picture import placement_picture
-    from .reporting.setup_report.blind_spot_picture import blind_picture
-    from .reporting.setup_report.blind_spot_section import blind_name
+    from .reporting.setup_report.blind_spot_section import blind_name, blind_picture
     from .reporting.setup_report.definition_picture import definition_picture
     from .reporting.setup_report.mounting_drawing import (
         drawing_name,

@@ -89,9 +89,9 @@ def view(call: ViewCall) -> View:
         True
     """
     from .formats.robots.urdf_options import UrdfOptions
-    from .viewer.robot_surface import read_skin
     from .viewer.server import Server
     from .viewer.session import ViewerSession
+    from .viewer.triangle_meshes import read_skin
 
     name, placed, core = resolve_setup(call.setup, call.scene)
     setups = {name: placed}

@@ -16,8 +16,7 @@ from ..reporting.terminal import Terminal, say
 from . import commands
 from .commands.place import place
 from .compilation_cache import keep_compiled
-from .options.arguments import option_of
-from .options.panels import ARGUMENTS, COMMANDS, OPTIONS
+from .options.common import ARGUMENTS, COMMANDS, OPTIONS, option_of
 
 _HELP = """Place rings of Time-of-Flight sensors on a robot arm, and prove how much they see.
 

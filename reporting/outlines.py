@@ -24,16 +24,16 @@ def outline(points: Float[np.ndarray, "P 2"]) -> Float[np.ndarray, "Q 2"]:
 
 
 def capsule_outlines(
-    start: Float[Array, "N 3"],
-    end: Float[Array, "N 3"],
+    start: Float[Array, "N D"],
+    end: Float[Array, "N D"],
     radius: Float[Array, " N"],
     flat: list[int],
 ) -> list[np.ndarray]:
     """Return the outlines of capsules in a projection.
 
     Args:
-        start: first ends (N, 3) m.
-        end: second ends (N, 3) m.
+        start: first ends (N, D) m.
+        end: second ends (N, D) m.
         radius: radii (N,) m.
         flat: indices of the two axes to project on.
     """

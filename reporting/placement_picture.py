@@ -27,9 +27,7 @@ from .rendering.colours import UNSEEN_COLOUR, paler, rgb
 from .rendering.far_side import add_far_side
 from .rendering.figures import write_png
 from .rendering.meshes import body, convex_pieces
-from .rendering.obstacles import add_obstacles, with_obstacles
-from .rendering.robot import add_robot
-from .rendering.room import draw_room
+from .rendering.robot import add_obstacles, add_robot, draw_room, with_obstacles
 from .text import counted
 
 if TYPE_CHECKING:

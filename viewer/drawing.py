@@ -26,13 +26,12 @@ from ..reporting.rendering.meshes import (
     loops,
     tube,
 )
-from ..reporting.rendering.obstacles import sharp_edges
+from ..reporting.rendering.robot import sharp_edges
 from ..reporting.rendering.surface import Surface
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, WARNING, link_colours
 from .drawn_parts import DrawnParts, shown_cones
 from .quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
-from .robot_surface import Skin
-from .triangle_meshes import beams, bodies, chips, grid, outline
+from .triangle_meshes import Skin, beams, bodies, chips, grid, outline
 
 
 @dataclass(frozen=True)

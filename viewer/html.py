@@ -10,7 +10,7 @@ from ..objectives.scene import Scene
 from ..reporting.tables import percent
 from ..reporting.text import counted, with_error
 from .colours import KINDS, WARNING, on_page
-from .sensor_report import SensorReport
+from .quick_estimate import SensorReport
 from .tasks import Proof
 
 UNBUILDABLE = "Cannot be built by the scene's rules"

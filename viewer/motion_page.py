@@ -2,19 +2,171 @@
 
 import threading
 import time
+from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
+import numpy as np
 import viser
 import viser.transforms
+from jaxtyping import Float
 
 from ..coverage.definitions.escaping import printable
+from ..coverage.rings.ring import Setup
+from ..coverage.robots.kinematics import forward
 from ..coverage.robots.robot import BASE
+from ..objectives.scene import Scene
+from ..reporting.rendering.meshes import band, capsule, faces_of, faces_within, joined, rod, tube
+from ..reporting.rendering.surface import Surface
 from . import html as words
 from .browser import BrowserPage, closing, set_value
-from .camera import VIEWS, FittedCamera
-from .motion import TENTH, Clock, MotionSession
+from .camera import ASPECT, VIEWS, FittedCamera, fitted
+from .colours import CURVE, FLOOR, OBSTACLE, ROBOT, link_colours
+from .drawing import DrawnMesh, Edges, Item
 from .scene_graph import Ray, SceneGraph
+from .triangle_meshes import grid
 from .worker import UserActions
+
+TENTH = 0.1
+_AROUND = np.array([[-0.4], [0.4]])  # m, about the joints of all poses
+_STICK = 0.02  # m, radius of the links of a robot without bodies
+
+
+@dataclass(frozen=True)
+class PlannedMotion:
+    """Joint angles in time, and the poses at which the robot stands."""
+
+    time: Float[np.ndarray, " T"]
+    """Times from 0, s."""
+    joints: Float[np.ndarray, "T J"]
+    """Joint values, rad or m; between two times they change evenly."""
+    stops: tuple[tuple[str, float], ...]
+    """Name and time, s, of each pose at which the robot stands, in order."""
+
+    def pose(self, at: float) -> Float[np.ndarray, " J"]:
+        """Return the joint values (J,) at a time, s."""
+        return np.array([np.interp(at, self.time, joint) for joint in self.joints.T])
+
+    def stop(self, at: float) -> int:
+        """Return the number of the stop at a time, s, or the next one."""
+        times = [time for _, time in self.stops]
+        return min(int(np.searchsorted(times, at - 1e-9)), len(times) - 1)
+
+
+@dataclass
+class Clock:
+    """Position in a motion, for one page; several threads use it."""
+
+    end: float
+    """Duration of the motion, s."""
+    at: float = 0.0
+    """Position, s."""
+    rate: float = 1.0
+    """Seconds of the motion in a second."""
+    playing: bool = False
+    """Whether it runs."""
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def jump(self, at: float) -> None:
+        """Go to a position, s."""
+        with self._lock:
+            self.at = min(max(at, 0.0), self.end)
+
+    def play(self) -> None:
+        """Run, from the start if the end is reached."""
+        with self._lock:
+            self.at = 0.0 if self.at >= self.end else self.at
+            self.playing = True
+
+    def advance(self, seconds: float) -> bool:
+        """Let ``seconds`` pass; return whether the position changed. It stops at the end."""
+        with self._lock:
+            if not self.playing:
+                return False
+            self.at = min(self.at + self.rate * seconds, self.end)
+            self.playing = self.at < self.end
+            return True
+
+
+class MotionSession:
+    """A motion of a robot with rings in its cell, for many pages at once."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        setup: Setup,
+        motion: PlannedMotion,
+        notes: tuple[str, ...] = (),
+        title: str = "Motion",
+    ) -> None:
+        """Prepare the drawing.
+
+        Args:
+            scene: robot and cell.
+            setup: the rings.
+            motion: what to show.
+            notes: texts beside it.
+            title: title of its pages.
+        """
+        self.scene, self.motion, self.notes, self.title = scene, motion, notes, title
+        frames = np.asarray(forward(scene.robot.chain, motion.joints))
+        self._tcp = frames[:, -1, :3, 3]
+        places = frames[..., :3, 3].reshape(-1, 3)
+        self.box = np.stack([places.min(axis=0), places.max(axis=0)]) + _AROUND  # (2, 3)
+        self.links = self._links(setup)
+
+    def start_view(self) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+        """Return the camera's position and the point that it looks at, both (3,) m, for a window
+        of a common shape."""
+        return fitted(self.extent(), VIEWS["Iso"], ASPECT)
+
+    def extent(self) -> Float[np.ndarray, "8 3"]:
+        """Return the corners (8, 3) m of a box about all that moves."""
+        return np.array(list(product(*self.box.T)))
+
+    def frames(self, at: float) -> Float[np.ndarray, "F 4 4"]:
+        """Return the frames of all links and the TCP (F, 4, 4) m at a time, s."""
+        return np.asarray(forward(self.scene.robot.chain, self.motion.pose(at)))
+
+    def backdrop(self) -> dict[str, Item]:
+        """Draw what does not move: the cell, and the way of the TCP."""
+        found: dict[str, Item] = {
+            "floor": Edges(grid(2.0, 0.5), FLOOR, 1.0),
+            "way": Edges(np.stack([self._tcp[:-1], self._tcp[1:]], axis=1), CURVE, 1.5),
+        }
+        for i, obstacle in enumerate(self.scene.obstacles):
+            corners = faces_within(obstacle.body, self.box).reshape(-1, 3)
+            if len(corners):
+                faces = np.arange(len(corners)).reshape(-1, 3)
+                found[f"obstacle{i}"] = DrawnMesh(corners, faces, OBSTACLE, 0.7)
+        return found
+
+    def _links(self, setup: Setup) -> dict[int, dict[str, DrawnMesh]]:
+        """Return the bodies that each frame of ``forward``, or ``BASE``, carries, in that frame."""
+        robot, found = self.scene.robot, dict[int, dict[str, DrawnMesh]]()
+        surfaces = dict[int, list[Surface]]()
+        for body in robot.bodies:
+            one = body.capsule
+            circles = capsule(np.asarray(one.start), np.asarray(one.end), float(one.radius))
+            surfaces.setdefault(body.frame, []).append(tube(circles))
+        for carried in robot.carried:
+            corners = faces_of(carried.body).reshape(-1, 3)
+            faces = np.arange(len(corners)).reshape(-1, 3)
+            surfaces.setdefault(carried.frame, []).append((corners, faces))
+        if not robot.bodies:
+            for j, T in enumerate(robot.chain.origin, start=BASE):
+                if np.linalg.norm(T[:3, 3]) > 1e-6:
+                    surfaces[j] = [tube(rod(np.zeros(3), T[:3, 3], _STICK))]
+        for frame, some in surfaces.items():
+            found.setdefault(frame, {})["body"] = DrawnMesh(*joined(some), ROBOT)
+        still = np.tile(np.eye(4), (len(robot.chain) + 1, 1, 1))
+        colours = link_colours(robot.links)
+        for i, ring in enumerate(setup.rings):
+            hoop = tube(band(self.scene, still, ring))
+            frame = robot.mount(ring.link).frame
+            found.setdefault(frame, {})[f"ring{i}"] = DrawnMesh(*hoop, colours[ring.link], 1.0)
+        return found
+
 
 _PERIOD = 0.05  # s between two pictures
 _PATIENCE = 2.0  # s for the thread to end

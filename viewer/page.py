@@ -16,9 +16,8 @@ from ..coverage.definitions.errors import UserError
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from .browser import BrowserPage, closing
 from .camera import START, VIEWS, FittedCamera
-from .controls import STEPS, Controls
-from .cut import BEHIND, CUTS, NONE, facing
-from .drawn_parts import SHOWN_CONES
+from .controls import SHOWN_KINDS, STEPS, Controls, ViewControls
+from .drawn_parts import BEHIND, CUTS, NONE, SHOWN_CONES, facing
 from .link_state import read_query
 from .long_task import LongTask
 from .page_drawing import PageDrawing
@@ -26,12 +25,11 @@ from .page_edits import PageEdits, finite
 from .page_state import PageState
 from .page_tasks import PageTasks
 from .playback import Player
+from .quick_estimate import nearest_sensor
 from .ring_controls import RingControls
 from .ring_handles import RingHandles
 from .scene_graph import Ray, SceneGraph
-from .sensor_report import nearest_sensor
 from .session import ViewerSession
-from .view_controls import SHOWN_KINDS, ViewControls
 from .worker import UserActions
 
 

@@ -18,15 +18,13 @@ from . import html as words
 from .browser import BrowserPage, closing, set_value
 from .camera import FittedCamera
 from .controls import Controls
-from .cut import Cut, cut_of
 from .drawing import BASE_AXES
-from .drawn_parts import DrawnParts
+from .drawn_parts import Cut, DrawnParts, cut_of
 from .page_state import PageState
 from .playback import curve_data, pose_axis
-from .quick_estimate import SHOWN
+from .quick_estimate import SHOWN, sensor_report
 from .ring_handles import RingHandles
 from .scene_graph import SceneGraph
-from .sensor_report import sensor_report
 from .session import ViewerSession
 from .worker import Worker
 

@@ -7,8 +7,7 @@ from typing import Any
 from .browser import set_value
 from .controls import STEPS, UNDO, Controls
 from .edited_setup import EditedSetup
-from .history import Version
-from .page_state import PageState
+from .page_state import PageState, Version
 from .ring_controls import NO_PRESET, POSITIONS
 from .session import ViewerSession
 

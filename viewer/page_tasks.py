@@ -24,11 +24,10 @@ from ..reporting.text import with_error
 from . import html as words
 from .colours import KINDS
 from .controls import Controls
-from .history import Version
 from .html import UNBUILDABLE
 from .long_task import Job, LongTask
 from .page_drawing import PageDrawing
-from .page_state import PageState
+from .page_state import PageState, Version
 from .session import ViewerSession
 from .tasks import prove, search_from
 

@@ -9,9 +9,8 @@ from ..coverage.definitions.escaping import printable
 from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Ring, Setup
 from .browser import labelled, set_value
-from .edited_setup import MOST_SENSORS, STEEPEST_DEG
+from .edited_setup import MOST_SENSORS, STEEPEST_DEG, SinglePose
 from .session import ViewerSession
-from .single_pose import SinglePose
 
 NO_PRESET, NO_SENSOR = "…", "none"
 POSITIONS = ("x", "y", "z")

@@ -17,8 +17,7 @@ from ..coverage.definitions.errors import UserError, shown
 from .browser import closing, keep_awake
 from .camera import FOV
 from .connection_guard import ConnectionGuard, guarding
-from .motion import MotionSession
-from .motion_page import MotionPage
+from .motion_page import MotionPage, MotionSession
 from .options import LOOPBACK
 from .page import Page
 from .session import ViewerSession

@@ -21,11 +21,10 @@ from ..objectives.named_layouts import layout_in
 from ..objectives.occlusion import own_link_fault, unseeing
 from ..objectives.scene import Scene
 from .camera import ASPECT, fitted
-from .cut import arm_direction
 from .drawing import Drawing
-from .drawn_parts import DrawnParts
+from .drawn_parts import DrawnParts, arm_direction
 from .quick_estimate import QuickEstimate
-from .robot_surface import Skin
+from .triangle_meshes import Skin
 
 _GAP = 0.5  # m, gap between two setups
 # Direction of the first view: of one setup, square to the arm but turned and raised by these parts

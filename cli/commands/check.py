@@ -8,8 +8,7 @@ from cyclopts import Parameter
 
 from ...coverage.definitions.errors import UserError
 from ...rig.check.options import CheckOptions, FileOptions, RigOptions
-from ..options.common import CalibrationOption, Json, Radius, SceneFileOption, Targets
-from ..options.panels import RIG_FILES
+from ..options.common import RIG_FILES, CalibrationOption, Json, Radius, SceneFileOption, Targets
 
 _RIG, _FILES, _OPTIONS = RigOptions(), FileOptions(), CheckOptions()
 

@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from ...coverage.definitions.errors import UserError
 from ...placement.search.options import SearchOptions
-from ..options.common import Floors, Json
+from ..options.common import FAILURES, Floors, Json
 from ..options.groups import (
     NO_MOTION,
     NO_SENSOR,
@@ -17,7 +17,6 @@ from ..options.groups import (
     SensorOptions,
 )
 from ..options.offered import offering
-from ..options.panels import FAILURES
 
 _FAILING = ("redundancy", "losing", "tolerant", "position_error_mm", "direction_error_deg")
 

@@ -56,7 +56,7 @@ def view(
     from ...formats.loader import resolve
     from ...reporting.terminal import Terminal, say
     from ..options.scenes import urdf_of
-    from ..serving import serve_page
+    from ..signals import serve_page
 
     urdf = urdf or urdf_of(given.place.robot)
     shown = given.resolved(subject, urdf)

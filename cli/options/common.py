@@ -3,10 +3,35 @@
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
+from cyclopts import Group, Parameter
 
 from ...reporting.options import WHOLE as WHOLE
-from .panels import SCENE
+
+ARGUMENTS = Group("Arguments", sort_key=0)
+COMMANDS = Group("Commands", sort_key=1)
+SCENE = Group("Scene and targets", sort_key=2)
+OPTIONS = Group("Options", sort_key=3)
+FAILURES = Group("Failures and mounting errors", sort_key=4)
+SENSOR = Group("Sensor", sort_key=5)
+MOTION = Group("Recorded motion", sort_key=6)
+FRAMES = Group("Sensors from a file", sort_key=7)
+READING = Group("Robot from a URDF", sort_key=8)
+RIG_FILES = Group("Check from files", sort_key=9)
+
+
+_OPTIONS = {
+    "folder": "--out",
+    "layouts": "--layout",
+    "over_poses": "--worst",
+    "safety": "[safety] of the scene",
+    "targets": "--target",
+}
+
+
+def option_of(argument: str) -> str:
+    """Return the option that sets an argument of the API."""
+    return _OPTIONS.get(argument, f"--{argument.replace('_', '-')}")
+
 
 Targets = Annotated[
     tuple[str, ...],

@@ -13,9 +13,19 @@ from cyclopts.validators import Number
 from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.definitions.errors import UserError
 from ...coverage.occlusion.occlusion_mode import Occlusion
-from .common import CalibrationOption, PaperOption, Radius, RobotOption, SceneFileOption, Targets
+from .common import (
+    FRAMES,
+    MOTION,
+    SCENE,
+    SENSOR,
+    CalibrationOption,
+    PaperOption,
+    Radius,
+    RobotOption,
+    SceneFileOption,
+    Targets,
+)
 from .offered import explained
-from .panels import FRAMES, MOTION, SCENE, SENSOR
 from .reading import AS_WRITTEN, ReadingOptions
 
 if TYPE_CHECKING:  # imported when the options are resolved
@@ -162,7 +172,7 @@ class FrameOptions:
         if (most := self.lift_to_surface) is None:
             return setup
         from ...coverage.rings.surface_lift import lift_to_surface
-        from ...reporting.lines.scene import lift_lines
+        from ...reporting.lines.occlusion import lift_lines
         from ...reporting.terminal import Terminal
 
         if math.isnan(most):

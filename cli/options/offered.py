@@ -11,8 +11,7 @@ from cyclopts import Group, Parameter
 
 from ...coverage.definitions.docstrings import docstrings
 from ...coverage.definitions.options import Options, kind_of
-from .arguments import option_of
-from .common import WHOLE
+from .common import WHOLE, option_of
 
 C = TypeVar("C")
 F = TypeVar("F", bound=Callable[..., None])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from ...coverage.definitions.errors import UserError, shown
-from .panels import READING
+from .common import READING
 
 if TYPE_CHECKING:  # imported when the options are resolved
     from ...formats.robots.urdf_options import UrdfOptions

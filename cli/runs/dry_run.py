@@ -16,9 +16,9 @@ from ...rig.check.plans import plan_check
 from ...rig.check.preconditions import require_revolute
 from ...rig.poses.routes import SLACK, Clearance
 from ...rig.simulated_cell.cell import with_cell
-from ...viewer.motion import MotionSession, PlannedMotion
+from ...viewer.motion_page import MotionSession, PlannedMotion
 from ...viewer.server import Server
-from ..serving import serve_page
+from ..signals import serve_page
 
 _NO_CELL = (
     "The scene states no obstacles; the dry run shows the cell of the simulated rig. State your own"

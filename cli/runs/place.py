@@ -19,8 +19,11 @@ from ...placement.search.result import Reach, SearchResult
 from ...reporting.comparison import papers
 from ...reporting.fewest_rings import fewest_rings_line, fewest_rings_table
 from ...reporting.lines.occlusion import (
+    electronics_lines,
     part_lines,
+    price_line,
     print_sight,
+    record_line,
     shared_tilt_line,
     unmounted_lines,
     without_lines,
@@ -32,7 +35,6 @@ from ...reporting.lines.results import (
     sensor_lines,
     worst_line,
 )
-from ...reporting.lines.scene import electronics_lines, price_line, record_line
 from ...reporting.placement_picture import placement_picture
 from ...reporting.progress import ProgressBar, late_progress
 from ...reporting.tables import (

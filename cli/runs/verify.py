@@ -12,7 +12,7 @@ from ...coverage.voxels.volume_tally import Bracket
 from ...objectives.options import VerifyOptions
 from ...objectives.scene import Scene
 from ...objectives.verify import VOXEL
-from ...reporting.lines.occlusion import part_lines, print_sight, unmounted_lines
+from ...reporting.lines.occlusion import part_lines, print_sight, record_line, unmounted_lines
 from ...reporting.lines.results import (
     calibration_lines,
     protective_lines,
@@ -20,7 +20,6 @@ from ...reporting.lines.results import (
     sensor_lines,
     worst_line,
 )
-from ...reporting.lines.scene import record_line
 from ...reporting.tables import (
     count_error_line,
     occlusion_table,

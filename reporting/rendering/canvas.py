@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ..outlines import outline
 from .colours import Colour, rgb
-from .convex_outline import convex_outline
 from .rasterizer import UNLIT, DepthBuffer, Triangles, shaded
 from .surface import Surface, vertex_normals
 
@@ -76,8 +76,7 @@ class Canvas:
 
     def hull(self, points: Any) -> Any:
         """Return the outline (M, 2) m, in the axes, of the convex hull of points (N, 3) m."""
-        xy = self.project(points)[0]
-        return xy[convex_outline(xy)]
+        return outline(self.project(points)[0])
 
     def _nearness(self, depth: Any) -> Any:
         return self.distance / (self.distance - depth) if np.isfinite(self.distance) else 1.0

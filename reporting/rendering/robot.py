@@ -1,18 +1,32 @@
 """Robot and rings on a canvas."""
 
+from collections import defaultdict
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.link_bodies import attached_at, carried_at, robot_capsules
 from ...coverage.robots.robot import Robot
-from ...formats.export.palette import ROBOT
+from ...formats.export.palette import OBSTACLE, ROBOT
 from ...objectives.scene import Scene
+from ..plots import GREY, GRID, INK
 from .canvas import Canvas
 from .colours import rgb
-from .meshes import ball, band, body, capsule_surfaces, circle, faces_of, loops, rod, tube
+from .meshes import (
+    ball,
+    band,
+    body,
+    capsule_surfaces,
+    circle,
+    faces_of,
+    faces_within,
+    loops,
+    rod,
+    tube,
+)
 
 _LINK, _JOINT = ROBOT, "#7d8791"
 _LINK_RADIUS, _JOINT_RADIUS = 0.048, 0.062  # m
@@ -86,3 +100,95 @@ def _add_stick(canvas: Canvas, robot: Robot, frames: Any) -> None:
     canvas.faces(high[None], _JOINT)
     for p in line[1:-1]:
         canvas.mesh(tube(ball(p, _JOINT_RADIUS, 13)), _JOINT, closed=True)
+
+
+def draw_room(canvas: Canvas) -> None:
+    """Draw the floor and the far walls of the box with a grid in metres of the base frame; from
+    above, the floor only.
+    """
+    from matplotlib.collections import LineCollection
+
+    (low, high), walls = canvas.box, canvas.rotation[2, 2] < 0.99
+    far = np.where(canvas.rotation[2] > 0, low, high)
+    near, unit, step = (
+        low + high - far,
+        0.035 * canvas.size,
+        0.5 if (high - low).max() < 2.8 else 1.0,
+    )
+    ticks = [
+        step * np.arange(np.ceil(low[i] / step), np.floor(high[i] / step) + 1) + 0.0
+        for i in range(3)
+    ]
+
+    # the line across the box at t on axis i
+    def rule(i: int, along: int, t: float, start: Any) -> Any:
+        ends = np.array([start, start])
+        ends[:, i], ends[:, along] = t, canvas.box[:, along]
+        return canvas.project(ends)[0]
+
+    faces = [(0, 1), (1, 0), *([(0, 2), (2, 0), (1, 2), (2, 1)] if walls else [])]
+    rules = [rule(i, j, t, far) for i, j in faces for t in (low[i], *ticks[i], high[i])]
+    canvas.ax.add_collection(LineCollection(rules, colors=GRID, linewidths=0.8, zorder=0))
+    front, left = np.array([near[0], near[1], low[2]]), np.array([far[0], near[1], low[2]])
+    for i, start in enumerate((front, front, left) if walls else (front, front)):
+        a, b = rule(i, i, 0, start)
+        x, y = (b - a) / np.linalg.norm(b - a)
+        out = np.array([y, -x]) * np.sign(a @ [y, -x])  # away from the centre, which is at 0
+        for t in ticks[i]:
+            # x and y meet at the near corner
+            if i == 2 or not walls or abs(t - near[i]) > 0.12 * step:
+                u, v = canvas.project(np.array([*start[:i], t, *start[i + 1 :]]))[0] + unit * out
+                canvas.ax.text(u, v, f"{t:g}", color=GREY, fontsize=10.5, ha="center", va="center")
+        name, angle = (a + b) / 2 + 2.2 * unit * out, (np.degrees(np.arctan2(y, x)) + 80) % 180 - 80
+        canvas.ax.text(
+            name[0],
+            name[1],
+            f"{'xyz'[i]} (m)",
+            color=INK,
+            fontsize=11.5,
+            rotation=angle,
+            ha="center",
+            va="center",
+        )
+        canvas.ax.update_datalim([name + 0.6 * unit * out])
+
+
+_ALPHA = 0.1  # opacity of the faces
+_WIDTH = 1.3  # points, width of the edges
+_FLAT = 0.98  # least cosine of the angle between faces that make no edge
+_NEAR = 0.3  # m; obstacles as near to what a picture shows are part of it
+
+
+def with_obstacles(box: Float[np.ndarray, "2 3"], scene: Scene) -> Float[np.ndarray, "2 3"]:
+    """Return a box (2, 3) m extended to the parts of obstacles that lie near it; a floor, which has
+    no end, is drawn in the box as it is."""
+    room = box + np.array([[-_NEAR], [_NEAR]])
+    solid = [one.body for one in scene.obstacles if len(one.body.edges)]
+    corners = np.vstack([box, *(faces_within(body, room).reshape(-1, 3) for body in solid)])
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+
+def add_obstacles(canvas: Canvas, scene: Scene) -> None:
+    """Add the obstacles within the canvas's box: their edges, and faces that let most through."""
+    for one in scene.obstacles:
+        faces = faces_within(one.body, canvas.box)
+        canvas.faces(faces, OBSTACLE, _ALPHA)
+        canvas.lines(sharp_edges(faces), 0.72 * rgb(OBSTACLE), _WIDTH)
+
+
+def sharp_edges(faces: Float[np.ndarray, "N 3 3"]) -> Float[np.ndarray, "E 2 3"]:
+    """Return the edges (E, 2, 3) m of a closed convex surface of triangles at which it bends."""
+    sides: dict[tuple[bytes, bytes], list[int]] = defaultdict(list)
+    ends: dict[tuple[bytes, bytes], np.ndarray] = {}
+    middle = faces.reshape(-1, 3).mean(axis=0) if len(faces) else np.zeros(3)
+    normal = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    normal *= np.where(((faces.mean(axis=1) - middle) * normal).sum(axis=1) < 0, -1, 1)[:, None]
+    for i, corners in enumerate(np.round(faces, 7) + 0.0):
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            keys = corners[a].tobytes(), corners[b].tobytes()
+            key = min(keys), max(keys)
+            sides[key].append(i)
+            ends[key] = corners[[a, b]]
+    sharp = [ends[key] for key, two in sides.items() if (normal[two] @ normal[two].T).min() < _FLAT]
+    return np.array(sharp).reshape(-1, 2, 3)

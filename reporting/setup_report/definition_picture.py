@@ -16,9 +16,9 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...formats.export.palette import OBSTACLE
 from ...objectives.occlusion import setup_sight
 from ...objectives.scene import Scene
+from ..outlines import capsule_outlines
 from ..plots import GREY, INK
 from ..rendering.colours import UNSEEN_COLOUR
-from ..rendering.convex_outline import convex_outline
 from ..rendering.figures import write_png
 
 COVERED, _EXCLUDED, _ROBOT = "#7fb3d9", "#e3e5e8", "#7d8791"
@@ -27,7 +27,6 @@ _AT_ONCE = 8_000  # points whose coverage is computed at once
 _MARGIN = 0.08  # m, around the target
 _BELOW, _ABOVE = 1.25, 0.05  # inches of the figure: axis and key below the section, and above it
 _PARALLEL = 0.9995  # least cosine with an axis of a section that is said to lie along it
-_TURN = np.linspace(0.0, 2 * np.pi, 49)  # of the outline of a capsule's end
 
 
 def _along(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " 3"]:
@@ -128,11 +127,11 @@ def _outline(ax: Any, scene: Scene, frames: Any, along: Any, through: Any) -> No
         ax.plot(origins @ along, origins[:, 2], "-o", color=_ROBOT, lw=4, ms=8, zorder=4)
         return
     bodies = robot_capsules(scene.robot.enclosed(), frames)
-    circle, hulls = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1), []
-    for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
-        ends = [np.array([(p - through) @ along, p[2]]) + r * circle for p in (a, b)]
-        xy = np.concatenate(ends)
-        hulls.append(xy[convex_outline(xy)])
+    start, end = (
+        np.stack([(p - through) @ along, p[:, 2]], axis=1)
+        for p in (np.asarray(bodies.start), np.asarray(bodies.end))
+    )
+    hulls = capsule_outlines(start, end, bodies.radius, [0, 1])
     ax.add_collection(
         PolyCollection(hulls, facecolors=_ROBOT, edgecolors="white", linewidths=0.5, zorder=4)
     )

@@ -5,9 +5,8 @@ from collections.abc import Iterator
 from ...coverage.rings.sensor_records import title
 from ...coverage.robots.joint_values import joint_text
 from ...objectives.scene import Scene
-from ..lines.occlusion import ASSUMPTIONS
+from ..lines.occlusion import ASSUMPTIONS, record_line
 from ..lines.results import calibration_lines
-from ..lines.scene import record_line
 from ..pages import escaped
 from ..tables import percent, target_label
 from ..text import counted, listed

@@ -19,8 +19,7 @@ from ...reporting.rendering.canvas import Canvas
 from ...reporting.rendering.colours import rgb
 from ...reporting.rendering.figures import write_png
 from ...reporting.rendering.meshes import band, body, faces_within, loops, tube
-from ...reporting.rendering.robot import add_robot
-from ...reporting.rendering.room import draw_room
+from ...reporting.rendering.robot import add_robot, draw_room
 from ..mount.as_built import AsBuilt
 from ..rod.coverage_estimate import RodCheck
 from ..sensing.expected import CELL, expected

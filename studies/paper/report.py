@@ -12,11 +12,19 @@ from ..engine.pages import page
 from . import distance_cells as paper_distance
 from . import figures
 from .cone_volume import PLACES, cone_volumes
-from .coverage_cells import CHAINS, COUNTS, FAR, NEAR, SETUPS, TARGETS, CoverageRow
+from .coverage_cells import (
+    CHAINS,
+    COUNTS,
+    FAR,
+    NEAR,
+    OPEN_SETUPS,
+    OPEN_TARGETS,
+    SETUPS,
+    TARGETS,
+    CoverageRow,
+)
 from .coverage_statements import coverage
 from .figures import COUNT_NAMES, value
-from .open_choices import SETUPS as OPEN_SETUPS
-from .open_choices import TARGETS as OPEN_TARGETS
 from .statements import Statement
 from .study import Findings
 

@@ -7,7 +7,6 @@ from ..engine.scenes import Rings
 from ..engine.store import Measure
 from . import coverage_cells as paper
 from . import distance_cells as paper_distance
-from . import open_choices as paper_open
 from .coverage_cells import CoverageRow
 from .distance_cells import Results
 
@@ -51,7 +50,7 @@ def measure(run: Measure, seed: int = 0) -> Findings:
         rows("configurations", paper.configurations(searched)),
         rows("sweeps of the tilt", paper.tilts()),
         rows("along the task", paper.cycle(searched)),
-        rows("choices that the paper does not state", paper_open.openness()),
+        rows("choices that the paper does not state", paper.openness()),
         paper_distance.gathered(cells, run("minimum distance", list(cells.values()))),
         dict(zip(ways, run("undetected approaches", list(ways.values())), strict=True)),
     )

@@ -6,7 +6,7 @@ from dataclasses import fields
 import place_rings as pr
 import pytest
 from place_rings.cli.app import app
-from place_rings.cli.options.arguments import option_of
+from place_rings.cli.options.common import option_of
 from place_rings.objectives.options import ReportOptions, RobustnessOptions, VerifyOptions
 from place_rings.placement.search.options import ImproveOptions, SearchOptions
 from place_rings.simulation.safety_options import SafetyOptions

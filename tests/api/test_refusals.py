@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings._errors import InputError
-from place_rings.cli.options.arguments import option_of
+from place_rings.cli.options.common import option_of
 
 NAMES = ("rings", "any_rings", "rings_per_link", "sensors", "sensors_per_ring", "reach")
 

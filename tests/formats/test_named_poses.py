@@ -31,8 +31,8 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 from place_rings.objectives.verify import Verifier
+from place_rings.reporting.lines.occlusion import record_line
 from place_rings.reporting.lines.results import worst_line
-from place_rings.reporting.lines.scene import record_line
 from place_rings.rig.check.preconditions import require_revolute
 
 from ..support.rails import RAIL, carried, rail_ur10

@@ -22,7 +22,7 @@ from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.formats.robots.urdf_matching import find_robot
 from place_rings.formats.robots.urdf_model import UrdfShape
 from place_rings.formats.robots.urdf_options import UrdfOptions
-from place_rings.viewer.robot_surface import read_skin
+from place_rings.viewer.triangle_meshes import read_skin
 
 from ..support import drawing
 from ..support.refusals import has_parts, refused

@@ -20,7 +20,7 @@ from place_rings.objectives.prices import Prices
 from place_rings.objectives.scene import Scene
 from place_rings.placement.search import search as searching
 from place_rings.placement.search import several_searches as fewest
-from place_rings.reporting.lines.scene import price_line
+from place_rings.reporting.lines.occlusion import price_line
 from place_rings.reporting.pages import escaped
 from place_rings.reporting.setup_report.bill_of_materials import materials
 

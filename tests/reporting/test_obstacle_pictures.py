@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.reporting.rendering.canvas import Canvas
 from place_rings.reporting.rendering.meshes import faces_within
-from place_rings.reporting.rendering.obstacles import add_obstacles, sharp_edges, with_obstacles
+from place_rings.reporting.rendering.robot import add_obstacles, sharp_edges, with_obstacles
 
 BOX = np.array([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]])
 ROOM = 3.0 * BOX

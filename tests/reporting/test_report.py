@@ -39,7 +39,7 @@ from place_rings.objectives.verify import Verifier
 from place_rings.reporting import comparison
 from place_rings.reporting.pages import code, command, escaped, html, table
 from place_rings.reporting.setup_report.bill_of_materials import materials
-from place_rings.reporting.setup_report.blind_spot_picture import coarse
+from place_rings.reporting.setup_report.blind_spot_section import coarse
 from place_rings.reporting.setup_report.directions import bearing, heading, height, whereabouts
 from place_rings.reporting.setup_report.facts import looked_at, standing_for
 from place_rings.reporting.setup_report.mounting_guide import seat_list

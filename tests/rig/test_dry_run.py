@@ -17,7 +17,7 @@ from place_rings.objectives.motion_limits import Motion
 from place_rings.rig.check.dry_run import DryRun, Stop, dry_run, fastest
 from place_rings.rig.check.options import CheckOptions, RigOptions
 from place_rings.rig.poses.routes import STEP, Clearance
-from place_rings.viewer.motion import Clock, MotionSession, PlannedMotion
+from place_rings.viewer.motion_page import Clock, MotionSession, PlannedMotion
 from place_rings.viewer.server import Server
 
 from ..support.refusals import refused

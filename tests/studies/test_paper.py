@@ -17,7 +17,6 @@ from place_rings.studies.engine.scenes import setup_from
 from place_rings.studies.engine.tasks import zeta
 from place_rings.studies.paper import cone_volume
 from place_rings.studies.paper import coverage_cells as paper
-from place_rings.studies.paper import open_choices as paper_open
 from place_rings.studies.paper import report as paper_page
 from place_rings.studies.paper import study as paper_study
 from place_rings.studies.paper.coverage_statements import coverage
@@ -40,18 +39,18 @@ def test_a_statement_agrees_in_all_readings_differs_in_none(answers):
     assert found.found.count("✗") == 4 - sum(answers)
 
 
-@pytest.mark.parametrize("name", paper_open.SETUPS)
+@pytest.mark.parametrize("name", paper.OPEN_SETUPS)
 def test_rings_that_are_not_varied_are_the_named_setup(name):
-    assert setup_from(paper_open.rings(name), paper_scene()) == named_setup(name)
-    moved = setup_from(paper_open.rings(name, inset=0.1, phase_deg=5.0, radius=0.1), paper_scene())
+    assert setup_from(paper.rings(name), paper_scene()) == named_setup(name)
+    moved = setup_from(paper.rings(name, inset=0.1, phase_deg=5.0, radius=0.1), paper_scene())
     assert all(0.1 <= ring.position <= 0.9 for ring in moved.rings if ring.link != "tool")
     assert {ring.radius for ring in moved.rings} == {0.1}
     assert all(ring.phase == pytest.approx(math.radians(5)) for ring in moved.rings)
 
 
 def test_each_variant_changes_one_thing():
-    chosen, *others = paper_open.variants()
-    assert chosen == paper_open.Variant(paper_open.AS_CHOSEN)
+    chosen, *others = paper.variants()
+    assert chosen == paper.Variant(paper.AS_CHOSEN)
     for variant in others:
         assert [bool(variant.keys), bool(variant.rings), variant.voxels != 1].count(True) == 1
     assert len({v.name for v in others}) == len(others)
@@ -63,7 +62,7 @@ def test_a_work_counts_what_the_verifier_counts():
     certified = zeta({}, "n3_16_55", "V_S", 0.5, "certified", None, 0.02)
     assert certified["low_percent"] <= found["zeta_percent"] + 0.5
     assert certified["high_percent"] - certified["low_percent"] <= 2
-    same = zeta({"ring_radius": 0.08}, paper_open.rings("n3_16_55"), "V_S", 0.5, "centre", 0.05)
+    same = zeta({"ring_radius": 0.08}, paper.rings("n3_16_55"), "V_S", 0.5, "centre", 0.05)
     assert same["covered"] == found["covered"]
 
 
@@ -82,7 +81,7 @@ def findings():
         )
 
     answers = {
-        "place": lambda: paper_open.rings("n2_16_25"),
+        "place": lambda: paper.rings("n2_16_25"),
         "zeta": lambda: {"zeta_percent": float(rng.uniform(30, 90))},
         "minimum distance": told,
         "unseen approach": lambda: [
@@ -115,9 +114,7 @@ def test_the_study_asks_for_all_that_the_paper_measured(findings):
 
 
 def test_cells_are_asked_once():
-    cells = [
-        cell for _, cell in (*paper.configurations({}), *paper.tilts(), *paper_open.openness())
-    ]
+    cells = [cell for _, cell in (*paper.configurations({}), *paper.tilts(), *paper.openness())]
     assert len({cell.key for cell in paper.searches().values()}) == 9
     questions = [cell.key for _, cell in paper.tilts()]
     assert len(set(questions)) == len(questions)

@@ -19,11 +19,10 @@ from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.viewer import page_tasks
 from place_rings.viewer.drawing import Drawing
 from place_rings.viewer.drawn_parts import DrawnParts
-from place_rings.viewer.edited_setup import NEW_COUNT, EditedSetup
+from place_rings.viewer.edited_setup import NEW_COUNT, EditedSetup, SinglePose
 from place_rings.viewer.quick_estimate import QuickEstimate
 from place_rings.viewer.server import Server
 from place_rings.viewer.session import ViewerSession
-from place_rings.viewer.single_pose import SinglePose
 from place_rings.viewer.tasks import prove, search_from
 
 from ..strategies.singles import mixed_setups, singles

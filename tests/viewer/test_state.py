@@ -18,17 +18,14 @@ from place_rings.objectives.scene import Scene, paper_scene
 from place_rings.viewer import playback
 from place_rings.viewer.browser import read_answer
 from place_rings.viewer.camera import FOV, VIEWS, fitted
-from place_rings.viewer.cut import BEHIND, CUTS, NONE, cut_of
 from place_rings.viewer.drawing import Drawing
-from place_rings.viewer.drawn_parts import DrawnParts
+from place_rings.viewer.drawn_parts import BEHIND, CUTS, NONE, DrawnParts, cut_of
 from place_rings.viewer.edited_setup import MOST_RINGS, EditedSetup
-from place_rings.viewer.history import History, Version
 from place_rings.viewer.link_state import LinkState, read_query, ring_values
-from place_rings.viewer.page_state import PageState
+from place_rings.viewer.page_state import History, PageState, Version
 from place_rings.viewer.playback import Player, curve_data, pose_axis
-from place_rings.viewer.quick_estimate import QuickEstimate
+from place_rings.viewer.quick_estimate import REPORTED, QuickEstimate, nearest_sensor, sensor_report
 from place_rings.viewer.ring_handles import dragged_phase, dragged_position, mount_frame
-from place_rings.viewer.sensor_report import POINTS, nearest_sensor, sensor_report
 
 from ..support import drawing
 from ..support.browser import until
@@ -216,7 +213,7 @@ def test_the_sensors_reports_add_up(occlusion):
         for i, ring in enumerate(steep.rings)
         for k in range(ring.count)
     ]
-    verdict = glance.verdict(steep, NEAR, 0, occlusion, POINTS)
+    verdict = glance.verdict(steep, NEAR, 0, occlusion, REPORTED)
     assert sum(r.alone for r in reports) == pytest.approx(float(np.mean(verdict.seen == 1)))
     assert sum(r.covered for r in reports) == pytest.approx(float(verdict.seen.mean()))
     assert sum(r.covered + r.blocked for r in reports) == pytest.approx(float(verdict.held.mean()))

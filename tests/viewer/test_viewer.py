@@ -40,12 +40,17 @@ from place_rings.viewer.drawn_parts import DrawnParts
 from place_rings.viewer.edited_setup import MOST_SENSORS, STEEPEST_DEG, EditedSetup
 from place_rings.viewer.long_task import Job, JobStoppedError
 from place_rings.viewer.page_tasks import file_named, save
-from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
-from place_rings.viewer.robot_surface import read_skin
-from place_rings.viewer.sensor_report import SensorReport
+from place_rings.viewer.quick_estimate import (
+    ONCE,
+    SHADOWED,
+    SHOWN,
+    UNSEEN,
+    QuickEstimate,
+    SensorReport,
+)
 from place_rings.viewer.session import ViewerSession, shown_targets
 from place_rings.viewer.tasks import prove, search_from
-from place_rings.viewer.triangle_meshes import bodies
+from place_rings.viewer.triangle_meshes import bodies, read_skin
 
 from ..support import drawing
 
