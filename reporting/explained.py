@@ -69,7 +69,8 @@ class Explained:
 def _turned(table: Table) -> Table:
     """Return the table with its columns as rows; the first column becomes the heads."""
     first, *others = table.columns
-    turned = Table(first.header)
+    turned = Table()
+    turned.add_column(first.header)
     for cell, row in zip(first.cells, table.rows, strict=True):
         turned.add_column(cell, justify="right", overflow="fold", style=row.style or "")
     for column in others:

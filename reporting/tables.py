@@ -221,6 +221,19 @@ def occlusion_table(
     return _Compared(sensors, where, prices).table(shown, columns, below)
 
 
+def coverage_tables(
+    results: Sequence[Verified],
+    sensors: Mapping[str, int],
+    where: str,
+    prices: Mapping[str, str] = MappingProxyType({}),
+) -> list[Explained]:
+    """Return the tables of ζ that are worth printing: ``occlusion_table`` where the models were
+    counted, and ``zeta_table`` where they were not or for the worst pose."""
+    seen = occlusion_table(results, sensors, where, prices)
+    plain = [zeta_table(results, sensors, where, prices)]
+    return plain * (seen is None or any(r.worst for r in results)) + [seen] * (seen is not None)
+
+
 def count_error_line(voxel: float) -> str:
     """Return a sentence about the errors of counts with voxels of ``voxel`` m."""
     return (

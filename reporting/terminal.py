@@ -54,6 +54,11 @@ class Terminal(Console):
         if "width" not in more:
             self._width = None  # ask the terminal, or COLUMNS, whenever something is printed
 
+    def lines(self, *texts: str | None) -> None:
+        """Print each text as an unbroken line without colours, unless it is empty or None."""
+        for text in filter(None, texts):
+            self.print(text, highlight=False, soft_wrap=True)
+
     def render_str(self, text: str, **more: Any) -> Text:
         """Return a string as an escaped Text; rich calls this before it measures widths."""
         return super().render_str(printable(text), **more)

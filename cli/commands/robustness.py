@@ -50,10 +50,8 @@ def robustness(
         report = assess(resolved, progress=tell, **vars(options))
     results = list(report.records)
     if as_json:
-        records = [json_of(r) for r in results]
-        say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
+        say_json(json_of(results if len(results) > 1 else results[0]))
         return
     console = Terminal()
     console.print(robustness_table(results))
-    for r in results:
-        console.print(f"{target_label(r)}: {losses_line(r)}", soft_wrap=True, highlight=False)
+    console.lines(*(f"{target_label(r)}: {losses_line(r)}" for r in results))

@@ -119,7 +119,7 @@ def _run(call: "StudyCall") -> None:
         here = f" in {call.workers} processes" if call.workers > 1 else ""
         per = " divided by the number of workers" if call.scheduler is not None else ""
         line = f"{duration(estimate.seconds)} for {estimate.cells} measurements{here}{per}"
-        console.print(f"{call.name}: {line}", highlight=False, soft_wrap=True)
+        console.lines(f"{call.name}: {line}")
 
     with ProgressBar(console) as bar, nullcontext() if alone else gone_is_an_error():
 

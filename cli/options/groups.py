@@ -181,8 +181,7 @@ class FrameOptions:
             setup, lifts = lift_to_surface(scene.robot, setup, most / 1000)
         except ValueError as error:
             raise UserError(f"--lift-to-surface: {error}, in which a sensor could lie") from error
-        for line in lift_lines(lifts, most):
-            Terminal(stderr=True).print(line, highlight=False, soft_wrap=True, markup=False)
+        Terminal(stderr=True).lines(*lift_lines(lifts, most))
         return setup
 
 
@@ -224,11 +223,9 @@ class SubjectOptions:
         if setup.singles and not own:
             from ...reporting.terminal import Terminal
 
-            Terminal(stderr=True).print(
+            Terminal(stderr=True).lines(
                 f"{subject}: {len(setup.singles)} of {setup.sensors} sensors form no ring on"
-                f" {scene.robot.name}; they count as single sensors",
-                highlight=False,
-                soft_wrap=True,
+                f" {scene.robot.name}; they count as single sensors"
             )
         if own:
             kept = self.place.scene is None and self.place.robot is None

@@ -76,7 +76,7 @@ def _hint(option: Any, text: str, panel: Group | None) -> Any:
         *([Parameter(negative=())] if option.default in (False, ()) else []),
         Parameter(help=re.sub(r"``(\w+)``", lambda name: option_of(name[1]), text)),
     ]
-    return Annotated[(kind, *parameters)]  # type: ignore[valid-type]
+    return Annotated[(kind, *parameters)]
 
 
 def explained(cls: type[C]) -> type[C]:

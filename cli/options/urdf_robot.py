@@ -41,6 +41,5 @@ def import_urdf(
         notes.append(
             "No link has a shape, so the robot has no bodies and only the tool carries a ring."
         )
-    for note in notes:
-        log.print(note, highlight=False, soft_wrap=True, markup=False)
+    log.lines(*notes)
     return fit

@@ -40,6 +40,5 @@ def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bo
     old = [name for name in OPTIONAL if name not in files and (folder / name).exists()]
     if old:
         lines.append(f"{folder} also holds files of an earlier check: {', '.join(old)}")
-    for line in lines:
-        console.print(line, highlight=False, soft_wrap=True, markup=False)
+    console.lines(*lines)
     return EXIT[r.verdict]

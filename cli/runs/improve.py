@@ -67,10 +67,8 @@ def _print_broken(improvement: Improvement, log: Terminal) -> None:
         return
     some, more = [fault.text for fault in broken[:_MOST_LISTED]], len(broken) - _MOST_LISTED
     rest = f"; and {more} more" if more > 0 else ""
-    log.print(
-        f"The mounted rings violate rules of the scene and are kept: {'; '.join(some)}{rest}.",
-        soft_wrap=True,
-        highlight=False,
+    log.lines(
+        f"The mounted rings violate rules of the scene and are kept: {'; '.join(some)}{rest}."
     )
 
 
@@ -82,11 +80,10 @@ def _show(record: ImproveResult, improvement: Improvement, voxel: float, console
     """Print the gain and the work of each number of changes, and what to do."""
     result = improvement.result
     console.print(_table(record))
-    console.print(count_error_line(voxel), highlight=False, soft_wrap=True)
+    console.lines(count_error_line(voxel))
     for answer, lines in zip(result.steps, improvement.instructions, strict=True):
         console.print(f"{_changes(len(answer.changes))}:")
-        for line in lines:
-            console.print(f"  {line}", highlight=False, soft_wrap=True)
+        console.lines(*(f"  {line}" for line in lines))
     least = f"{100 * WORTH:g} points"
     last = len(result.steps[-1].changes) if result.steps else 0
     if not last:
@@ -108,8 +105,7 @@ def _show(record: ImproveResult, improvement: Improvement, voxel: float, console
     console.print(
         f"{result.evaluations} evaluations, {result.seconds:.0f} s; {result.outcome.value}."
     )
-    for path in record.files.values():
-        console.print(f"  {path}", highlight=False, soft_wrap=True)
+    console.lines(*(f"  {path}" for path in record.files.values()))
 
 
 def _table(record: ImproveResult) -> Explained:

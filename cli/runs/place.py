@@ -39,10 +39,9 @@ from ...reporting.placement_picture import placement_picture
 from ...reporting.progress import ProgressBar, late_progress
 from ...reporting.tables import (
     count_error_line,
-    occlusion_table,
+    coverage_tables,
     result_caption,
     ring_table,
-    zeta_table,
 )
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
@@ -83,10 +82,8 @@ def place(scene: Scene, options: SearchOptions, out: Path, as_json: bool) -> Non
         say_json(record.model_dump_json(indent=2))
         return
     _show(proposal, record, mine, options.voxel, console)
-    for path in paths.values():
-        console.print(f"  {path}", highlight=False, soft_wrap=True)
     report = shlex.join(["place-rings", "report", paths["proposal"], "--out", str(out)])
-    console.print(f"For a report: {report}", highlight=False, soft_wrap=True)
+    console.lines(*(f"  {path}" for path in paths.values()), f"For a report: {report}")
 
 
 def _searched(scene: Scene, options: SearchOptions, console: Terminal) -> Proposal:
@@ -98,8 +95,7 @@ def _searched(scene: Scene, options: SearchOptions, console: Terminal) -> Propos
 
         def tell(p: Progress) -> None:
             if p == Progress():  # the request is valid, the search has not begun
-                for line in electronics_lines(scene):
-                    console.print(line, highlight=False, soft_wrap=True)
+                console.lines(*electronics_lines(scene))
                 lines.append(thread.submit(reach_lines, scene))
             bar.start()
             if p == Progress():
@@ -120,8 +116,7 @@ def _searched(scene: Scene, options: SearchOptions, console: Terminal) -> Propos
         proposal = search(scene, progress=tell, **vars(options))
         command = shlex.join(["place-rings", *sys.argv[1:]])
         found = replace(proposal.found, command=command)  # type: ignore[type-var]
-    for line in (line for each in lines for line in each.result()):
-        console.print(line, highlight=False, soft_wrap=True)
+    console.lines(*(line for each in lines for line in each.result()))
     return replace(proposal, found=found)
 
 
@@ -173,12 +168,9 @@ def _show(
         f"robot {scene.robot.name}, occlusion {scene.occlusion},"
         f" {counted(len(scene.poses), 'pose')}, rule sampled, voxels of {voxel:g} m"
     )
-    seen = occlusion_table(comparison, sensors, where, prices)
-    if seen is None or any(r.worst for r in comparison):
-        console.print(zeta_table(comparison, sensors, where, prices))
-    if seen is not None:
-        console.print(seen)
-    console.print(count_error_line(voxel), highlight=False, soft_wrap=True)
+    for table in coverage_tables(comparison, sensors, where, prices):
+        console.print(table)
+    console.lines(count_error_line(voxel))
     own = mine[0].unseeing if mine else []
     mount = [*without_lines(scene, setup), *unmounted_lines(mine)]
     if any(r.unmounted for r in comparison if r not in mine):
@@ -189,7 +181,7 @@ def _show(
         console.print(
             f"Search criterion ({proposal.criterion}), in percent: {each}.", highlight=False
         )
-    lines = (
+    console.lines(
         shared_tilt_line(scene, setup),
         *part_lines(mine),
         price_line(scene, setup),
@@ -198,15 +190,10 @@ def _show(
         *protective_lines(mine, setup),
         *sensor_lines(record.sensors),
     )
-    for line in lines:
-        if line:
-            console.print(line, highlight=False, soft_wrap=True)
     if proposal.search is not None:
         _show_search(proposal.search, scene, voxel, console)
-        if (chance := _chance_line(record, proposal.search)) is not None:
-            console.print(chance, highlight=False, soft_wrap=True)
-    if (gap := gap_line(record.gap)) is not None:
-        console.print(gap, highlight=False, soft_wrap=True)
+        console.lines(_chance_line(record, proposal.search))
+    console.lines(gap_line(record.gap))
     if record.reach:
         console.print(_reached_line(record.reach))
     if record.fewest_rings:

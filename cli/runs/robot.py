@@ -119,8 +119,7 @@ def robot(
     if fit.links:
         console.print(_body_table(fit))
         console.print(outlines(fit.links) + ".", highlight=False)
-    for file in files:
-        console.print(f"  {out / file}", highlight=False, soft_wrap=True)
+    console.lines(*(f"  {out / file}" for file in files))
 
 
 def _mount_table(robot: Robot) -> Explained:

@@ -56,10 +56,7 @@ def safety(
 
 
 def _show(r: SafetyResult, folder: Path) -> None:
-    console, share = Terminal(), r.in_time
-
-    def say(text: str) -> None:
-        console.print(text, highlight=False, soft_wrap=True)
+    say, share = Terminal().lines, r.in_time
 
     say(
         f"{r.setup}: {100 * share.share:.1f} % of {r.approaches} approaches are reported in time"
@@ -90,13 +87,10 @@ def _show(r: SafetyResult, folder: Path) -> None:
         "These people walk in. For hands close to the robot and its tool, search rings with"
         " --target V_N:0.3 (place-rings --help)."
     )
-    for line in sensor_lines(r.sensors):
-        say(line)
+    say(*sensor_lines(r.sensors))
     if not r.sensors:
         say(
             "The sensor is not in the catalogue, so its nominal range is used for any target and"
             " light. Pass --sensor."
         )
-    say(r.disclaimer)
-    for name in FILES:
-        say(f"  {folder / name}")
+    say(r.disclaimer, *(f"  {folder / name}" for name in FILES))

@@ -22,11 +22,10 @@ from ...reporting.lines.results import (
 )
 from ...reporting.tables import (
     count_error_line,
-    occlusion_table,
+    coverage_tables,
     percent,
     proof_line,
     target_label,
-    zeta_table,
 )
 from ...reporting.terminal import Terminal, say_json
 
@@ -39,35 +38,27 @@ def verify(subject: ResolvedSetup, options: VerifyOptions, as_json: bool) -> Non
     coverage = _counted(subject, options)
     results = list(coverage.records)
     if as_json:
-        records = [json_of(r) for r in results]
-        say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
+        say_json(json_of(results if len(results) > 1 else results[0]))
         return
     console = Terminal()
     sensors, where = {name: setup.sensors}, f"{_place(scene)}, {_how(options)}"
-    first = occlusion_table(results, sensors, where)
-    if first is None or any(r.worst for r in results):
-        console.print(zeta_table(results, sensors, where))
-    if first is not None:
-        console.print(first)
+    for table in coverage_tables(results, sensors, where):
+        console.print(table)
     if options.rule == "sampled":
-        console.print(count_error_line(options.voxel or VOXEL), highlight=False, soft_wrap=True)
+        console.lines(count_error_line(options.voxel or VOXEL))
     print_sight(console, results, results[0].unseeing, scene, unmounted_lines(results[:1]))
-    for line in part_lines(results):
-        console.print(line, highlight=False, soft_wrap=True)
+    console.lines(*part_lines(results))
     for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)
         if 1 < len(scene.poses) <= _SHOWN:
             each = ", ".join(percent(p, r.rule) for p in r.poses)
             console.print(f"{target_label(r)} at each pose, in percent: {each}")
-        if worst := worst_line(r):
-            console.print(worst, highlight=False, soft_wrap=True)
+        console.lines(worst_line(r))
     effects = [r.calibration for r in results if r.calibration is not None]
     more = [*calibration_lines(results, effects), *sensor_lines(results[0].sensors)]
     more += record_lines(results)
-    for stated in (record_line(scene), *protective_lines(results, setup), *more):
-        if stated:
-            console.print(stated, highlight=False, soft_wrap=True)
+    console.lines(record_line(scene), *protective_lines(results, setup), *more)
 
 
 def _counted(subject: ResolvedSetup, options: VerifyOptions) -> Coverage:

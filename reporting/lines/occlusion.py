@@ -158,8 +158,7 @@ def print_sight(
         mount: lines about the mount, printed first.
     """
     counted_all = any(r.by_occlusion for r in results)
-    for line in (*mount, *unseeing_lines(blind), *scene_lines(scene), *[ADVICE] * counted_all):
-        console.print(line, highlight=False, soft_wrap=True)
+    console.lines(*mount, *unseeing_lines(blind), *scene_lines(scene), *[ADVICE] * counted_all)
 
 
 def record_line(scene: Scene) -> str | None:
