@@ -15,11 +15,11 @@ from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.sensor_records import sensor_records
 from .coverage.voxels.volume_tally import Bracket
-from .objectives.calibration_effect import calibration_effect
 from .objectives.options import VerifyOptions
 from .objectives.scene import Scene as CoreScene
 from .objectives.verified import Verified, lifted
 from .objectives.verify import VOXEL, Verifier
+from .objectives.verify_breakdown import calibration_effect
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,13 +1,18 @@
-"""Counted zeta of a setup broken down by occlusion model, by kind of sensor, and by where people
-can be."""
+"""Counted zeta of a setup broken down by occlusion model, by kind of sensor, by where people can
+be, and without the arm's calibration."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
-from .verified import PeopleShare, PoseZeta, Verified, weighted_mean
+from ..coverage.rings.ring_kinematics import sensor_axes
+from ..coverage.robots.kinematics import forward
+from .scene import Scene
+from .verified import CalibrationEffect, PeopleShare, PoseZeta, Verified, weighted_mean
 from .verify import EmptyTargetError, Verifier
 
 
@@ -88,3 +93,33 @@ def mean_by_part(verifier: Verifier, setup: Setup, each: Sequence[Verified]) -> 
         part: float(sum(w * zeta[part] for w, zeta in zip(weights, zetas, strict=True)))
         for part in zetas[0]
     }
+
+
+def largest_move(scene: Scene, setup: Setup) -> float:
+    """Return how far the calibration moves a sensor of a setup at a pose of the scene, m, at
+    most."""
+    q = np.array([pose.q for pose in scene.poses], float)
+    own, model = (
+        sensor_axes(robot, setup, forward(robot.chain, q))[0]  # (P, K, 3)
+        for robot in (scene.robot, scene.robot.nominal)
+    )
+    return float(np.linalg.norm(own - model, axis=-1).max(initial=0.0))
+
+
+def calibration_effect(verifier: Verifier, setup: Setup) -> list[CalibrationEffect]:
+    """Return what the calibration of a scene's arm changes, for each goal; nothing without one.
+
+    Args:
+        verifier: counter of the scene, whose rule and voxels serve both counts.
+        setup: the setup.
+    """
+    scene = verifier.scene
+    if (calibration := scene.robot.calibration) is None:
+        return []
+    model = replace(scene, robot=scene.robot.nominal)
+    nominal = Verifier(model, verifier.voxel, verifier.rule, verifier.width, memory=verifier.memory)
+    move = largest_move(scene, setup)
+    return [
+        CalibrationEffect(calibration.source, move, verified.zeta)
+        for verified in nominal.verify_goals(setup)
+    ]

@@ -9,7 +9,6 @@ import numpy as np
 from ...coverage.rings.ring import Setup
 from ...formats.schema.written_models import RequirementModel
 from ...objectives.blind_spots import Blind, blind_spots
-from ...objectives.calibration_effect import calibration_effect
 from ...objectives.feasibility.mounting import Fault
 from ...objectives.feasibility.violations import faults
 from ...objectives.options import ReportOptions, RobustnessOptions
@@ -18,6 +17,7 @@ from ...objectives.robustness import RingSensitivity, Robustness, robustness
 from ...objectives.scene import Scene
 from ...objectives.verified import CalibrationEffect, Verified
 from ...objectives.verify import Verifier
+from ...objectives.verify_breakdown import calibration_effect
 from ...placement.search.result import SearchResult
 from ..comparison import compared, counted, papers
 from ..progress import ProgressBar

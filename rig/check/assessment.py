@@ -6,8 +6,8 @@ import time
 from dataclasses import dataclass
 from typing import Literal
 
-from ...objectives.calibration_effect import calibration_effect
 from ...objectives.verify import Verifier
+from ...objectives.verify_breakdown import calibration_effect
 from .check_data import CheckData
 from .findings import differences, missing
 from .models import CheckResult

@@ -23,9 +23,9 @@ from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.robots.calibration_files import calibrated_from
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.calibration_effect import calibration_effect, largest_move
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
+from place_rings.objectives.verify_breakdown import calibration_effect, largest_move
 
 from ..strategies.rings import poses
 from ..support.refusals import refused
