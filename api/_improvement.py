@@ -13,9 +13,9 @@ from ._proposal import Proposal
 from ._scene import Scene
 from ._versions import origin
 from .coverage.rings.ring import Setup
+from .coverage.rings.rounding import table_of
 from .formats.schema.proposal_models import ProposalFile
 from .formats.schema.redesign_models import ChangeModel, ImproveResult, StepModel, WorkModel
-from .formats.schema.ring_models import ring_models
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import to_toml, write_text
 from .objectives.verified import Verified
@@ -121,7 +121,7 @@ class Improvement(Placement):
             seconds=result.seconds,
             exact_percent=100 * result.mounted.exact,
             short_percent=100 * result.mounted.short,
-            rings=ring_models(result.mounted.setup, core.sensor),
+            rings=table_of(result.mounted.setup, core.sensor)["rings"],
             zeta=zetas[0],
             broken=[fault.text for fault in result.broken],
             steps=[self._step(a, z) for a, z in zip(result.steps, zetas[1:], strict=True)],
@@ -222,7 +222,7 @@ class Improvement(Placement):
             short_percent=100 * answer.short,
             work=WorkModel.from_domain(answer.work),
             changes=[ChangeModel.of(c, len(mounted.setup.rings), sensor) for c in answer.changes],
-            rings=ring_models(answer.setup, sensor),
+            rings=table_of(answer.setup, sensor)["rings"],
             zeta=zeta,
         )
 

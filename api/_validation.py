@@ -10,10 +10,10 @@ from ._arguments import number
 from ._errors import InputError, input_errors
 from ._model_errors import model_error
 from ._scene import Scene, core_scene
+from .coverage.definitions.errors import explain, key_path, shown
 from .coverage.rings.ring import Ring, Setup
+from .coverage.rings.rounding import setup_faults, with_scene, within_files
 from .formats.loader import resolve
-from .formats.schema.mounted_sensor_models import links_text
-from .formats.schema.ring_models import RingModel, ring_models
 from .formats.schema.scene_models import SceneModel
 from .objectives.occlusion import own_link_fault
 from .objectives.scene import Scene as CoreScene
@@ -129,21 +129,13 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
     if not setup.groups:
         raise InputError("found no ring or single sensor, allowed: one or more", "setup")
     core = core or own or CoreScene()
-    links = core.robot.links
-    for i, ring in enumerate(setup.rings):
-        if ring.link not in links:
-            raise InputError(
-                f"rings[{i}].link: found {ring.link!r}, allowed: a link of {core.robot.name}:"
-                f" {', '.join(links)}",
-                "setup",
-            )
-    for i, one in enumerate(setup.singles):
-        if one.link not in core.robot.frames:
-            found, allowed = repr(one.link), links_text(core.robot)
-            raise InputError(f"singles[{i}].link: found {found}, allowed: {allowed}", "setup")
-    for i, ring in enumerate(setup.rings):
-        try:
-            ring_models(Setup((ring,)), core.sensor)
-        except ValidationError as error:
-            raise model_error(f"setup: rings[{i}]", error, RingModel) from error
+    setup = with_scene(setup, core.sensor, core.ring_radius)
+    faults = setup_faults(setup, core.robot, core.sensor, ("rings", "singles"))
+    for where, value, allowed in faults:
+        line = f"{key_path(where)}: found {shown(value)}, allowed: {allowed}"
+        raise InputError(line, "setup")
+    try:
+        within_files(setup)
+    except ValidationError as error:
+        raise InputError(str(explain("setup", error, Setup))) from error
     return name, setup, core

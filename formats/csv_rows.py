@@ -2,13 +2,14 @@
 
 import csv
 import io
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
+from ..coverage.definitions.definition import adapter, fields_of
 from ..coverage.definitions.errors import UserError, explain, shown
 
-Row = TypeVar("Row", bound=BaseModel)
+Row = TypeVar("Row")
 
 
 def csv_rows(
@@ -19,7 +20,7 @@ def csv_rows(
     Args:
         name: the file, for messages.
         text: the header and the rows.
-        kinds: records that a row may be; the columns decide which.
+        kinds: definitions that a row may be; the columns decide which.
         allowed: the columns, for messages.
         above: lines of the file above the header.
 
@@ -30,17 +31,17 @@ def csv_rows(
     try:
         reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
         columns = reader.fieldnames or ()
-        kind = next((k for k in kinds if sorted(k.model_fields) == sorted(columns)), None)
+        kind: Any = next((k for k in kinds if sorted(fields_of(k)) == sorted(columns)), None)
         if kind is None:
             header = shown(",".join(columns) or None)
             raise UserError(f"{name}: line {above + 1}: found {header}, allowed: {allowed}")
         for fields in reader:
             where = f"{name}: line {above + reader.line_num}"
             if None in fields or None in fields.values():
-                count = len(kind.model_fields)
+                count = len(fields_of(kind))
                 raise UserError(f"{where}: found the wrong number of fields, allowed: {count}")
             try:
-                rows.append((above + reader.line_num, kind.model_validate_strings(fields)))
+                rows.append((above + reader.line_num, adapter(kind).validate_strings(fields)))
             except ValidationError as error:
                 raise explain(where, error, kind) from error
     except csv.Error as error:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from ..coverage.definitions.errors import UserError, explain, shown
+from ..coverage.definitions.errors import UserError, explain, key_path, shown, unusable
 from ..coverage.rings.ring import Setup
+from ..coverage.rings.rounding import setup_faults, within_files
 from ..coverage.robots.base_frame import must_turn
 from ..coverage.robots.built_in import UR10
 from ..coverage.robots.robot import Robot
@@ -21,9 +22,7 @@ from ..placement.search.result import SearchResult
 from .model_reader import beside_of, file_and_table, read_model
 from .obstacle_meshes import parts_of_meshes
 from .recorded_motion import with_record
-from .schema.mounted_sensor_models import links_text
 from .schema.proposal_models import ProposalFile
-from .schema.ring_models import RingModel, ring_models
 from .schema.scene_models import SceneFile, SceneModel
 from .schema.target_models import TargetFile
 from .schema.versions import RobotFile
@@ -153,9 +152,9 @@ def resolve(
         scene = scene or with_sensor(Scene(), sensor)
         try:
             setup = layout_in(scene, name_or_path)
-            ring_models(setup, scene.sensor)  # the limits of files hold for names, too
+            within_files(setup)  # the limits of files hold for names, too
         except ValidationError as error:
-            raise explain(name_or_path, error, RingModel) from error
+            raise explain(name_or_path, error, Setup) from error
         except ValueError as error:
             raise UserError(f"setup: {error}") from error
     elif (kind := _suffix(name_or_path)) in _SENSOR_LISTS:
@@ -173,16 +172,8 @@ def resolve(
         raise UserError(
             f"--frames, --beam: allowed only with a URDF (.urdf), found {shown(name_or_path)}"
         )
-    for i, ring in enumerate(setup.rings):
-        if ring.link not in scene.robot.links:
-            allowed = f"a link of {scene.robot.name}: {', '.join(scene.robot.links)}"
-            raise UserError(
-                f"{name_or_path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}"
-            )
-    for i, one in enumerate(setup.singles):
-        if one.link not in scene.robot.frames:
-            found, allowed = shown(one.link), links_text(scene.robot)
-            raise UserError(f"{name_or_path}: sensors[{i}].link: found {found}, allowed: {allowed}")
+    for where, value, allowed in setup_faults(setup, scene.robot, scene.sensor):
+        raise unusable(f"{name_or_path}: {key_path(where)}", value, allowed)
     return setup, scene
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings.mounted_sensor import MountedSensor, Three
+from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.rounding import rounded
 from ..objectives.scene import Scene
@@ -262,6 +262,6 @@ def _across(
     return np.array([-se * ca, -se * sa, ce]), np.array([sa, -ca, 0.0])
 
 
-def _three(v: Float[np.ndarray, " 3"]) -> Three:
+def _three(v: Float[np.ndarray, " 3"]) -> tuple[float, float, float]:
     x, y, z = (round(float(a), _DIGITS) + 0.0 for a in v)
     return x, y, z

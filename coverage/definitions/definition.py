@@ -35,7 +35,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from .docstrings import docstrings
 from .errors import InputError, explain_argument, explained, schema_of, shown
 from .field_types import as_python
-from .units import in_file, inline_in, text_in_file, units_in, with_keys
+from .units import OF_SCENE, absent_in, in_file, inline_in, text_in_file, units_in, with_keys
 
 C = TypeVar("C")
 _CONFIG = ConfigDict(
@@ -131,10 +131,11 @@ def _schema_of_table(keys: dict[str, str], cls: type, source: Any, handler: Any)
             return inner  # the schema of a class that is complete already
         node = node["schema"]
     node["strict"] = False  # the class alone; its fields stay strict
-    inline = inline_in(cls)
+    inline, absent = inline_in(cls), absent_in(cls)
+    of_scene = {name for name, meta in absent.items() if meta.value is OF_SCENE}
     of_table, as_table = (getattr(cls, name, None) for name in ("_of_table", "_as_table"))
     elsewhere = _elsewhere(cls)
-    if not (keys or inline or elsewhere or of_table or as_table):
+    if not (keys or inline or absent or elsewhere or of_table or as_table):
         return inner
     names, of_files = {name for name, key in keys.items() if key != name}, set(keys.values())
 
@@ -155,12 +156,20 @@ def _schema_of_table(keys: dict[str, str], cls: type, source: Any, handler: Any)
             own = {key: table.pop(key) for key in fields_of(kind) if key in table}
             if any(v is not None for v in own.values()):
                 table[name] = adapter(kind).validate_python(own)
+        for name, meta in absent.items():
+            if name not in table or (name in of_scene and table[name] is None):
+                table[name] = meta.value
         return _Marked(of_table(table) if of_table else table)
 
     def written(value: Any, dump: Any, info: Any) -> Any:
         table = dump(value)
         for name in inline.keys() & table.keys():
             table |= table.pop(name) or dict.fromkeys(fields_of(inline[name]))
+        for name in of_scene - table.keys():  # the default of Python's, which is none of files'
+            own: Any = getattr(value, name)
+            if own is not OF_SCENE:
+                kind: Any = type(own)
+                table[name] = adapter(kind).dump_python(own, mode=info.mode)
         table = as_table(value, table) if as_table else table
         return {k: v for k, v in table.items() if v is not None or not info.exclude_none}
 
@@ -172,7 +181,7 @@ def _schema_of_table(keys: dict[str, str], cls: type, source: Any, handler: Any)
         serialization=core_schema.wrap_serializer_function_ser_schema(
             written, info_arg=True, schema=own_schema
         )
-        if inline or as_table
+        if inline or of_scene or as_table
         else None,
     )
 
@@ -211,6 +220,11 @@ def _with_help(keys: dict[str, str], cls: type, schema: Any, handler: Any) -> An
             table["properties"][keys[name]]["default"] = unit.to_file(default)
         if isinstance(default, tuple):
             table["properties"][keys[name]]["default"] = [unit.to_file(item) for item in default]
+    for name, meta in absent_in(cls).items():
+        key = keys.get(name, name)
+        table["properties"][key] = meta.in_schema(table["properties"][key])
+        if key in table.get("required", ()):
+            table["required"].remove(key)
     for part in table["properties"].values():
         _limit_items(part)
     return whole

@@ -183,7 +183,9 @@ def explain_argument(error: "ValidationError", definition: type) -> InputError:
     if fault["type"].startswith("dataclass"):
         line = f"found {shown(fault['input'])}, allowed: a {fault['ctx']['class_name']}"
     if path and str(path[0]) not in own and "_deg" in keys.get(str(path[0]), ""):
-        line = f"in degrees, {line}{_hint(fault)}"
+        wide = fault["type"] == "value_error"  # by limits in rad
+        hint = radians_hint(fault["input"]) if wide else _hint(fault)
+        line = f"{'' if wide else 'in degrees, '}{line}{hint}"
     return InputError(line, f"{definition.__name__}: {key_path(tuple(path))}".removesuffix(": "))
 
 

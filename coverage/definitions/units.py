@@ -8,13 +8,15 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable, Iterator
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 from pydantic import Field
 from pydantic_core import core_schema
 
 from .errors import InFile
+from .options import Number, Whole
 
+C = TypeVar("C")
 DIGITS = 9  # decimals of a value in files whose unit differs from Python's
 
 
@@ -30,6 +32,12 @@ class FileUnit:
     """From Python's unit to that of files."""
     limits: dict[str, float]
     """Limits in files: ``gt``, ``ge``, ``lt``, ``le``."""
+    python: Number | Whole | None = None
+    """Limits in Python, where they are wider."""
+
+    def wider(self, python: Number | Whole) -> "FileUnit":
+        """Return the unit with wider limits in Python, as of what was measured."""
+        return dataclasses.replace(self, python=python)
 
     @property
     def converts(self) -> bool:
@@ -42,6 +50,9 @@ class FileUnit:
                 return self.from_file(checked(value.value))
             if isinstance(value, bool) or not isinstance(value, int | float):
                 return checked(value)  # raises
+            if self.python is not None:
+                self.python.check("", value)
+                return value
             try:
                 checked(self.to_file(value))
             except OverflowError:  # an integer beyond all floats
@@ -76,6 +87,11 @@ def Key(key: str, **limits: float) -> FileUnit:
 
 def _same(value: float) -> float:
     return value
+
+
+def Within(**limits: float) -> FileUnit:
+    """Return the annotation of a number that files state as it is, within limits."""
+    return FileUnit("", lambda value: value, lambda value: value, limits)
 
 
 def Degrees(
@@ -131,6 +147,52 @@ def text_in_file(key: str, text: str) -> str:
     return text
 
 
+class _OfScene:
+    def __reduce__(self) -> str:
+        return "OF_SCENE"  # one object, in copies too
+
+    __repr__ = __reduce__
+
+
+OF_SCENE: Any = _OfScene()
+"""The value of a field for which a file leaves the choice to the scene."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Absent:
+    """Annotation of a field without a default in Python, or with another one: its value where a
+    file does not state its key."""
+
+    value: Any
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        inner = handler(source)
+        if self.value is not OF_SCENE:
+            return inner
+        return core_schema.no_info_wrap_validator_function(
+            lambda value, checked: value if value is OF_SCENE else checked(value),
+            inner,
+            serialization=core_schema.wrap_serializer_function_ser_schema(
+                lambda value, written: None if value is OF_SCENE else written(value), schema=inner
+            ),
+        )
+
+    def in_schema(self, part: dict[str, Any]) -> dict[str, Any]:
+        """Return the JSON Schema of the key, which may be absent."""
+        if self.value is not OF_SCENE:
+            return part | {"default": self.value}
+        kind = {key: v for key, v in part.items() if key not in ("default", "description")}
+        kinds = kind if "anyOf" in kind else {"anyOf": [kind, {"type": "null"}]}
+        return kinds | {"default": None, "description": part.get("description", "")}
+
+
+def absent_in(cls: type) -> dict[str, Absent]:
+    """Return the annotation of each field whose key may be absent, by name."""
+    hints = get_type_hints(cls, include_extras=True)
+    metas = ((name, getattr(hint, "__metadata__", ())) for name, hint in hints.items())
+    return {name: meta for name, group in metas for meta in group if isinstance(meta, Absent)}
+
+
 INLINE = "in line"
 """Annotation of a field whose own keys stand in a file among those of the table."""
 
@@ -162,6 +224,13 @@ def units_in(cls: type) -> dict[str, FileUnit]:
     hints = get_type_hints(cls, include_extras=True)
     units = {name: next(units_of(hint), None) for name, hint in hints.items()}
     return {name: unit for name, unit in units.items() if unit is not None}
+
+
+def as_in_file(value: C) -> C:
+    """Return a definition with its numbers as they read back from a file."""
+    numbers = ((name, unit, getattr(value, name)) for name, unit in units_in(type(value)).items())
+    read = {name: unit.from_file(unit.to_file(v)) for name, unit, v in numbers if v is not None}
+    return dataclasses.replace(value, **read)  # type: ignore[type-var]
 
 
 def with_keys(cls: type) -> dict[str, str]:

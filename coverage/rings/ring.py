@@ -5,81 +5,83 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
-from numbers import Integral, Real
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float, Int
+from pydantic import Field
 
-from ..angles import radians_hint
 from ..arrays import Array
+from ..definitions.definition import definition
+from ..definitions.field_types import Items, Text
+from ..definitions.options import Number, Whole
+from ..definitions.units import OF_SCENE, Absent, Decimals, Degrees, Within
 from ..sensors.sensor import PAPER_SENSOR, Sensor
 from .mounted_sensor import MountedSensor
 
 RING_RADIUS = 0.08  # m, in the paper's setups
 SERIAL = "[0-9A-F]{16}"  # of a board
+DIGITS_DEG = 4  # decimals of an angle in a file
+DIGITS_POSITION = 6  # decimals of a ring's position in a file
 
 
-@dataclass(frozen=True)
+def _tilt_deg(tilt: float) -> float:
+    """Return a tilt in degrees as files state it.
+
+    A tilt just below 90 degrees is not rounded up to 90. Adding 0 turns -0.0 into 0.0.
+    """
+    angle, most = math.degrees(tilt), 90 - 10.0**-DIGITS_DEG
+    short = round(angle, DIGITS_DEG)
+    return (
+        round(math.copysign(most, angle), DIGITS_DEG)
+        if abs(angle) < 90 <= abs(short)
+        else short + 0.0
+    )
+
+
+def _phase_deg(phase: float) -> float:
+    """Return a phase in degrees as files state it; beyond a full turn it is wrapped."""
+    angle = math.degrees(phase)
+    return round(angle if abs(angle) <= 360 else math.remainder(angle, 360), DIGITS_DEG) + 0.0
+
+
+# measured rings may lie beyond an end of a short link and have any tilt
+_POSITION = Decimals(DIGITS_POSITION, ge=0, le=1).wider(Number("a finite number"))
+_TILT = Degrees("tilt_deg", write=_tilt_deg, gt=-90, lt=90).wider(
+    Number("rad, between -pi and pi", ge=-math.pi, le=math.pi)
+)
+_PHASE = Degrees("phase_deg", write=_phase_deg, ge=-360, le=360).wider(
+    Number("rad, a finite number")
+)
+_RADIUS = Within(gt=0, le=1).wider(Number("m, at least 0", ge=0))
+
+
+@definition
 class Ring:
     """Sensors evenly spaced around a link."""
 
-    link: str
+    link: Text
     """Name of the robot's mount."""
-    position: float
-    """Position along the mount axis, 0 proximal to 1 distal; a measured ring may lie beyond."""
-    count: int
+    position: Annotated[float, _POSITION, Absent(0.0)]
+    """Position along the mount axis, from 0 proximal to 1 distal; a measured ring may lie
+    beyond."""
+    count: Annotated[int, Within(ge=1, le=1000).wider(Whole(0))]
     """Number of sensors."""
-    tilt: float = 0.0
+    tilt: Annotated[float, _TILT] = 0.0
     """Angle of each sensor's axis out of the ring's plane, positive towards distal, rad."""
-    phase: float = 0.0
+    phase: Annotated[float, _PHASE] = 0.0
     """Angle of the first sensor about the mount axis, right-handed from proximal to distal, rad."""
-    radius: float = RING_RADIUS
-    """Radius of the circle of sensors, m."""
-    sensor: Sensor = field(default=PAPER_SENSOR)
-    """The sensor model."""
-    serial: str | None = field(default=None, compare=False)
-    """Serial number of the ring's board, 16 hexadecimal digits; None if unknown."""
-    zone_turn_deg: int = field(default=0, compare=False)
-    """Angle by which its sensors are turned about their axes on their boards, counter-clockwise as
-    seen along the axis: 0, 90, 180 or 270; of sensors with zones."""
+    radius: Annotated[float, _RADIUS, Absent(OF_SCENE)] = RING_RADIUS
+    """Radius of the circle of sensors, m; in a file by default the scene's."""
+    sensor: Annotated[Sensor, Absent(OF_SCENE)] = PAPER_SENSOR
+    """The sensor model; in a file by default the scene's."""
+    serial: Annotated[str, Field(pattern=f"^{SERIAL}$")] | None = field(default=None, compare=False)
+    """Serial number of the ring's board, 16 hexadecimal digits; default: unknown."""
+    zone_turn_deg: Literal[0, 90, 180, 270] = field(default=0, compare=False)
+    """Angle by which its sensors are turned about their axes on their boards, degrees,
+    counter-clockwise as seen along the axis; of sensors with zones."""
     zone_mirrored: bool = field(default=False, compare=False)
     """Whether the columns of its sensors' zones are sent in the opposite order."""
-
-    def __post_init__(self) -> None:
-        """Reject values outside their range with a ``ValueError``."""
-        if not isinstance(self.link, str):
-            raise ValueError(f"Ring: link: found {self.link!r}, allowed: the name of a link")
-        if not isinstance(self.sensor, Sensor):
-            raise ValueError(
-                f"Ring: sensor: found {self.sensor!r}, allowed: a Sensor, as a catalogue has them"
-            )
-        if self.serial is not None and not (
-            isinstance(self.serial, str) and re.fullmatch(SERIAL, self.serial)
-        ):
-            raise ValueError(
-                f"Ring: serial: found {self.serial!r}, allowed: 16 hexadecimal digits, 0 to 9 and"
-                " A to F"
-            )
-        if not isinstance(self.zone_turn_deg, Real) or self.zone_turn_deg not in (0, 90, 180, 270):
-            raise ValueError(
-                f"Ring: zone_turn_deg: found {self.zone_turn_deg!r}, allowed: 0, 90, 180 or 270"
-            )
-        if not isinstance(self.count, Integral):
-            raise ValueError(f"Ring: count: found {self.count!r}, allowed: an integer")
-        for name in ("position", "tilt", "phase", "radius"):
-            if not isinstance(value := getattr(self, name), Real):
-                raise ValueError(f"Ring: {name}: found {value!r}, allowed: a number")
-        # measured rings may lie beyond an end of a short link and have any tilt
-        for name, value, allowed, holds in (
-            ("position", self.position, "a finite number", math.isfinite(self.position)),
-            ("count", self.count, "a number of sensors", self.count >= 0),
-            ("tilt", self.tilt, "rad, between -pi and pi", abs(self.tilt) <= math.pi),
-            ("phase", self.phase, "rad, a finite number", math.isfinite(self.phase)),
-            ("radius", self.radius, "m, at least 0", 0 <= self.radius < math.inf),
-        ):
-            if not holds:
-                hint = radians_hint(value) if name == "tilt" else ""
-                raise ValueError(f"Ring: {name}: found {value}, allowed: {allowed}{hint}")
 
     def __repr__(self) -> str:
         angles = f"tilt={float(self.tilt):.4g}, phase={float(self.phase):.4g}"
@@ -94,30 +96,14 @@ Group = Ring | MountedSensor
 """A ring, or a single sensor: what one number stands for in lists of a setup's sensors."""
 
 
-@dataclass(frozen=True)
+@definition
 class Setup:
-    """All rings and single sensors on one robot.
+    """All rings and single sensors on one robot."""
 
-    Raises:
-        ValueError: if an item is not of its kind.
-    """
-
-    rings: tuple[Ring, ...] = ()
-    """The rings, numbered from 0 in this order; a list becomes a tuple."""
-    singles: tuple[MountedSensor, ...] = ()
-    """The single sensors, whose numbers follow those of the rings; a list becomes a tuple."""
-
-    def __post_init__(self) -> None:
-        for key, kind in (("rings", Ring), ("singles", MountedSensor)):
-            if not isinstance(some := getattr(self, key), Iterable):
-                raise ValueError(f"Setup: {key}: found {some!r}, allowed: {kind.__name__}s")
-            each = tuple(some)
-            for one in each:
-                if not isinstance(one, kind):
-                    raise ValueError(
-                        f"Setup: {key}: found a {type(one).__name__}, allowed: {kind.__name__}"
-                    )
-            object.__setattr__(self, key, each)
+    rings: Annotated[Items[Ring], Field(max_length=1000)] = ()
+    """The rings, numbered from 0 in this order."""
+    singles: Annotated[Items[MountedSensor], Field(max_length=1000, alias="sensors")] = ()
+    """The single sensors, whose numbers follow those of the rings."""
 
     def __repr__(self) -> str:
         each = "".join(f"\n    {ring!r}," for ring in self.rings)

@@ -1,59 +1,27 @@
-"""Rounding of rings to the precision of files, so that the verified setup is the written one."""
+"""Setups in files: rounded to the precision of files, so that the verified setup is the written
+one, and with what they take from their scene."""
 
-import math
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
-from ..definitions.units import degrees
+from ..definitions.definition import Fault, adapter
+from ..definitions.units import OF_SCENE, as_in_file
+from ..robots.robot import Robot
 from ..sensors.sensor import Sensor, effective
-from .ring import Ring, Setup
-
-DIGITS_DEG = 4  # decimals of an angle in a file
-DIGITS_POSITION = 6  # decimals of a ring's position in a file
-
-
-def tilt_deg(tilt: float) -> float:
-    """Return a tilt in degrees as files state it.
-
-    A tilt just below 90 degrees is not rounded up to 90. Adding 0 turns -0.0 into 0.0.
-    """
-    angle, most = math.degrees(tilt), 90 - 10.0**-DIGITS_DEG
-    short = round(angle, DIGITS_DEG)
-    return (
-        round(math.copysign(most, angle), DIGITS_DEG)
-        if abs(angle) < 90 <= abs(short)
-        else short + 0.0
-    )
-
-
-def phase_deg(phase: float) -> float:
-    """Return a phase in degrees as files state it; beyond a full turn it is wrapped."""
-    angle = math.degrees(phase)
-    return round(angle if abs(angle) <= 360 else math.remainder(angle, 360), DIGITS_DEG) + 0.0
-
-
-def position(ring: Ring) -> float:
-    """Return a ring's position as files state it."""
-    return round(ring.position, DIGITS_POSITION) + 0.0
+from .ring import RING_RADIUS, Setup
 
 
 def rounded(setup: Setup, sensor: Sensor) -> Setup:
     """Return the setup as it reads back from a proposal file of a scene with ``sensor``."""
-    rings = tuple(
-        replace(
-            ring,
-            position=position(ring),
-            tilt=math.radians(tilt_deg(ring.tilt)),
-            phase=math.radians(phase_deg(ring.phase)),
-            sensor=_read_back(ring.sensor, sensor),
-        )
-        for ring in setup.rings
-    )
-    singles = tuple(replace(one, sensor=_read_back(one.sensor, sensor)) for one in setup.singles)
-    return Setup(rings, singles)
+    read = Setup(tuple(map(as_in_file, setup.rings)), setup.singles)
+    return _with_sensors(read, lambda own: sensor if own == sensor else _rounded(own))
 
 
-def _read_back(sensor: Sensor, of_scene: Sensor) -> Sensor:
-    return of_scene if sensor == of_scene else _rounded(sensor)
+def _with_sensors(setup: Setup, change: Callable[[Sensor], Sensor]) -> Setup:
+    """Return a setup with ``change`` applied to the sensor of each ring and single sensor."""
+    rings = tuple(replace(ring, sensor=change(ring.sensor)) for ring in setup.rings)
+    return Setup(rings, tuple(replace(one, sensor=change(one.sensor)) for one in setup.singles))
 
 
 def _rounded(sensor: Sensor) -> Sensor:
@@ -61,4 +29,61 @@ def _rounded(sensor: Sensor) -> Sensor:
     if sensor.use is not None:
         model = effective(sensor.use).sensor
         return replace(model, board=sensor.board or model.board)
-    return sensor.with_angles(lambda angle: math.radians(degrees(angle)))
+    return as_in_file(sensor)
+
+
+def table_of(setup: Setup, sensor: Sensor, lean: bool = False) -> dict[str, Any]:
+    """Return the keys ``rings`` and ``sensors`` of a setup in a file of a scene with ``sensor``,
+    which is not repeated; ``lean`` leaves out keys without a value."""
+    own = _with_sensors(setup, lambda own: OF_SCENE if own == sensor else own)
+    table: dict[str, Any] = adapter(Setup).dump_python(own, mode="json", exclude_none=lean)
+    return table
+
+
+def within_files(setup: Setup) -> None:
+    """Check that files can state a setup, of which one in Python may be beyond the limits.
+
+    Raises:
+        ValidationError: otherwise.
+    """
+    adapter(Setup).validate_python(adapter(Setup).dump_python(setup))
+
+
+def with_scene(setup: Setup, sensor: Sensor, radius: float = RING_RADIUS) -> Setup:
+    """Return the setup of a file: what it does not state is that of the scene.
+
+    Raises:
+        ValueError: if the scene's sensor needs an ``up`` that a single sensor lacks.
+    """
+    rings = (replace(r, radius=radius) if r.radius is OF_SCENE else r for r in setup.rings)
+    return _with_sensors(
+        Setup(tuple(rings), setup.singles), lambda own: sensor if own is OF_SCENE else own
+    )
+
+
+def setup_faults(
+    setup: Setup, robot: Robot, sensor: Sensor, keys: tuple[str, str] = ("rings", "sensors")
+) -> Iterator[Fault]:
+    """Yield links that the robot lacks, and beams of the scene's sensor without their ``up``.
+
+    Args:
+        setup: the setup of a file.
+        robot: the scene's robot.
+        sensor: the scene's sensor.
+        keys: keys of the rings and of the single sensors.
+    """
+    for i, ring in enumerate(setup.rings):
+        if ring.link not in robot.links:
+            allowed = f"a link of {robot.name}: {', '.join(robot.links)}"
+            yield (keys[0], i, "link"), ring.link, allowed
+    for i, one in enumerate(setup.singles):
+        if one.link not in robot.frames:
+            yield (keys[1], i, "link"), one.link, frames_text(robot)
+        if one.sensor is OF_SCENE and one.up is None and sensor.oriented:
+            allowed = "the direction of fov_up_deg, because the scene's sensor is not round"
+            yield (keys[1], i, "up"), None, allowed
+
+
+def frames_text(robot: Robot) -> str:
+    """Return the links that may carry a single sensor."""
+    return f"a link of {robot.name}: {', '.join(robot.frames)}"

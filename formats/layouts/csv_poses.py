@@ -1,16 +1,48 @@
 """Layouts in CSV: the keys of the layout in comment lines, then one sensor a row."""
 
-from pydantic import ValidationError
+from typing import Annotated
 
+from pydantic import Field, ValidationError
+
+from ...coverage.definitions.definition import definition, fields_of
 from ...coverage.definitions.errors import UserError, explain
+from ...coverage.definitions.field_types import Coordinate, Text
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.sensors.sensor import Sensor
 from ..csv_rows import csv_rows
-from ..schema.layout_models import LayoutModel, LayoutRow, OrientedLayoutRow
+from ..schema.layout_models import LayoutModel
 from ..toml_text import toml_keys
 
-COLUMNS, ORIENTED = tuple(LayoutRow.model_fields), tuple(OrientedLayoutRow.model_fields)
 _MARK = "#"
+_Part = Annotated[float, Field(ge=-1e6, le=1e6)]  # of a vector
+
+
+@definition(kw_only=True)
+class LayoutRow:
+    """A row of a layout's CSV: one sensor in the frame of its link."""
+
+    name: Text
+    """Name of the sensor."""
+    link: Annotated[Text, Field(min_length=1)]
+    """Link that carries it: a link with a mount, a joint, tcp, or base."""
+    x: Coordinate
+    y: Coordinate
+    z: Coordinate
+    axis_x: _Part
+    axis_y: _Part
+    axis_z: _Part
+
+
+@definition(kw_only=True)
+class OrientedLayoutRow(LayoutRow):
+    """A row in a file of beams that are not round: also the direction ``up`` of each."""
+
+    up_x: _Part
+    up_y: _Part
+    up_z: _Part
+
+
+COLUMNS, ORIENTED = fields_of(LayoutRow), fields_of(OrientedLayoutRow)
 
 
 def read_csv(name: str, text: str) -> tuple[LayoutModel, tuple[MountedSensor, ...]]:

@@ -8,9 +8,10 @@ from typing import cast
 import numpy as np
 
 from ...coverage.choices import Along
-from ...coverage.definitions.errors import UserError, unusable
+from ...coverage.definitions.errors import UserError, key_path, unusable
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import setup_faults, with_scene
 from ...coverage.rings.surface_lift import Lift, lift_to_surface
 from ...coverage.robots.built_in import robot as built_in
 from ...coverage.robots.joint_values import contradicted
@@ -21,8 +22,6 @@ from ...objectives.scene import Scene
 from ..loader import read_robot
 from ..model_reader import read_model
 from ..schema.layout_models import LayoutFile, LayoutModel, LayoutUrdfModel
-from ..schema.mounted_sensor_models import links_text, singles_of
-from ..schema.ring_models import setup_of
 from ..user_files import beside, read_text
 from .csv_poses import read_csv
 from .mat_frames import sensors_of_mat
@@ -78,7 +77,8 @@ def read_layout(path: Path) -> PublishedLayout:
     robot, notes = _robot(path, about, None if file is None else file.urdf)
     scene = _scene(path, about, robot)
     setup = Setup((), sensors) if file is None else _setup(path, file, scene)
-    _check_links(path, setup, robot)
+    for where, value, allowed in setup_faults(setup, robot, scene.sensor):
+        raise unusable(f"{path}: {key_path(where)}", value, allowed)
     _check_sensors(path, setup, scene)
     setup, lifts = (
         lift_to_surface(scene.robot, setup, about.lift_mm / 1000) if about.lift_mm else (setup, ())
@@ -158,8 +158,8 @@ def _setup(path: Path, file: LayoutFile, scene: Scene) -> Setup:
                     )
                 ),
             )
-        rings = setup_of(file.rings, scene.sensor, scene.ring_radius).rings
-        return Setup(rings, singles_of(file.sensors, scene.sensor))
+        stated = Setup(tuple(file.rings), tuple(file.sensors))
+        return with_scene(stated, scene.sensor, scene.ring_radius)
     except ValueError as error:
         raise UserError(f"{path}: {error}") from error
 
@@ -185,14 +185,3 @@ def _check_sensors(path: Path, setup: Setup, scene: Scene) -> None:
             f"{path}: found sensors with beams of their own, allowed: the beam of the key sensor"
             " for all, since the search beside the layout places sensors of one kind"
         )
-
-
-def _check_links(path: Path, setup: Setup, robot: Robot) -> None:
-    """Raise ``UserError`` if the robot lacks a link of the setup."""
-    for i, ring in enumerate(setup.rings):
-        if ring.link not in robot.links:
-            allowed = f"a link of {robot.name}: {', '.join(robot.links)}"
-            raise unusable(f"{path}: rings[{i}].link", ring.link, allowed)
-    for i, one in enumerate(setup.singles):
-        if one.link not in robot.frames:
-            raise unusable(f"{path}: sensor {i} ({one.label}): link", one.link, links_text(robot))

@@ -14,11 +14,11 @@ from jaxtyping import Float
 from ...coverage.choices import Along
 from ...coverage.definitions.errors import UserError, shown, unusable
 from ...coverage.rings.mounted_sensor import MountedSensor
+from ...coverage.rings.rounding import frames_text
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
 from ..robots.xml_text import bounded_bytes
 from ..schema.layout_models import LayoutMatModel
-from ..schema.mounted_sensor_models import links_text
 from ..sensors.sensor_frames import looking_along_z
 from ..sensors.single_fit import single_at
 
@@ -46,7 +46,7 @@ def sensors_of_mat(
         UserError: if the file or the variable is not usable, or the robot lacks the link.
     """
     if keys.link not in robot.frames:
-        raise unusable("mat: link", keys.link, links_text(robot))
+        raise unusable("mat: link", keys.link, frames_text(robot))
     for k, T in enumerate(_frames(file, keys)):
         name = f"{file.stem}_{k}" if keys.row is None else f"{file.stem}_{keys.row}_{k}"
         turned = looking_along_z(T, cast(Along, keys.beam))

@@ -9,17 +9,15 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from ...coverage.definitions.definition import refuse
+from ...coverage.rings.mounted_sensor import MountedSensor
+from ...coverage.rings.ring import Ring
 from ...coverage.sensors.sensor import Sensor
 from .base_model import StrictModel
 from .field_types import JointAngle
-from .mounted_sensor_models import MountedSensorModel
-from .ring_models import RingModel
 from .versions import VersionedFile
 
 _Text = Annotated[str, Field(min_length=1, max_length=2000)]
 _Name = Annotated[str, Field(min_length=1, max_length=300)]
-_Place = Annotated[float, Field(ge=-100, le=100, description="coordinate in the link's frame, m")]
-_Part = Annotated[float, Field(ge=-1e6, le=1e6, description="component of a vector")]
 
 
 class LayoutModel(StrictModel):
@@ -88,10 +86,8 @@ class LayoutFile(LayoutModel, VersionedFile):
     paper: Annotated[str, Field(max_length=100)] | None = Field(
         default=None, description="name of one of the paper's layouts, such as n2_16_25"
     )
-    rings: list[RingModel] = Field(default=[], max_length=1000, description="rings")
-    sensors: list[MountedSensorModel] = Field(
-        default=[], max_length=1000, description="single sensors"
-    )
+    rings: list[Ring] = Field(default=[], max_length=1000, description="rings")
+    sensors: list[MountedSensor] = Field(default=[], max_length=1000, description="single sensors")
     urdf: LayoutUrdfModel | None = Field(default=None, description="sensor frames in a URDF")
     mat: list[LayoutMatModel] = Field(
         default=[], max_length=100, description="sensor frames in MATLAB files"
@@ -106,26 +102,3 @@ class LayoutFile(LayoutModel, VersionedFile):
             allowed = "one of urdf, mat, paper, or rings and sensors"
             refuse([(("sensors",), found, allowed)])
         return self
-
-
-class LayoutRow(StrictModel):
-    """A row of a layout's CSV: one sensor in the frame of its link."""
-
-    name: Annotated[str, Field(max_length=100)] = Field(description="name of the sensor")
-    link: Annotated[str, Field(min_length=1, max_length=100)] = Field(
-        description="link that carries it: a link with a mount, a joint, tcp, or base"
-    )
-    x: _Place
-    y: _Place
-    z: _Place
-    axis_x: _Part
-    axis_y: _Part
-    axis_z: _Part
-
-
-class OrientedLayoutRow(LayoutRow):
-    """A row in a file of beams that are not round: also the direction ``up`` of each."""
-
-    up_x: _Part
-    up_y: _Part
-    up_z: _Part

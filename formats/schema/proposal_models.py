@@ -1,6 +1,7 @@
 """Models of proposals, of the searches that produced them, and of ``result.json``."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Any, Self
 
@@ -8,7 +9,9 @@ from pydantic import Field, model_validator
 
 from ...coverage.definitions.definition import refuse
 from ...coverage.definitions.errors import schema_of
-from ...coverage.rings.ring import Setup
+from ...coverage.rings.mounted_sensor import MountedSensor
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.rounding import setup_faults, table_of, with_scene
 from ...coverage.rings.sensor_records import SensorRecord
 from ...coverage.robots.base_frame import must_turn
 from ...coverage.targets.combined import stated_keys
@@ -21,8 +24,6 @@ from ...objectives.verified import Verified
 from ...placement.bound.coverage_bound import CoverageBound
 from ...placement.search.result import FewestRings, Reach, SearchResult, SeedResult
 from .field_types import Percent
-from .mounted_sensor_models import MountedSensorModel, single_faults, single_models, singles_of
-from .ring_models import RingModel, ring_models, setup_of
 from .scene_models import SceneModel
 from .versions import VersionedFile
 
@@ -61,8 +62,8 @@ class ProposalFile(VersionedFile):
     """A proposal (TOML): the setup first, then its scene, its verified ζ, and the search that
     produced it."""
 
-    rings: list[RingModel] = Field(default=[], max_length=1000, description="rings of the setup")
-    sensors: list[MountedSensorModel] = Field(
+    rings: list[Ring] = Field(default=[], max_length=1000, description="rings of the setup")
+    sensors: list[MountedSensor] = Field(
         default=[], max_length=1000, description="single sensors of the setup"
     )
     scene: SceneModel = Field(default=SceneModel(), description="scene of the setup")
@@ -72,9 +73,8 @@ class ProposalFile(VersionedFile):
     @classmethod
     def of(cls, setup: Setup, scene: Scene, **more: Any) -> Self:
         """Return the proposal of a setup for a scene, with further keys in ``more``."""
-        rings = ring_models(setup, scene.sensor)
-        singles = single_models(setup.singles, scene.sensor)
-        return cls(rings=rings, sensors=singles, scene=SceneModel.from_domain(scene), **more)
+        table = table_of(setup, scene.sensor)
+        return cls(**table, scene=SceneModel.from_domain(scene), **more)
 
     def setup(self, scene: Scene) -> Setup:
         """Return the setup; rings and sensors without a sensor or radius take those of ``scene``.
@@ -82,11 +82,11 @@ class ProposalFile(VersionedFile):
         Raises:
             ValueError: if the scene's sensor needs an ``up`` that a single sensor lacks.
         """
-        rings = setup_of(self.rings, scene.sensor, scene.ring_radius).rings
-        singles = singles_of(self.sensors, scene.sensor)
+        stated = Setup(tuple(self.rings), tuple(self.sensors))
+        setup = with_scene(stated, scene.sensor, scene.ring_radius)
         if must_turn(scene.robot, self.scene.base):
-            singles = tuple(map(turned_single, singles))
-        return Setup(rings, singles)
+            return replace(setup, singles=tuple(map(turned_single, setup.singles)))
+        return setup
 
     def stated(self) -> dict[str, Any]:
         """Return the keys without those that have their default or repeat another one.
@@ -94,7 +94,7 @@ class ProposalFile(VersionedFile):
         The robot, its poses, the targets, the model of occlusion and the sensor are always stated.
         """
         keys, scene = super().stated(), SceneModel().model_dump(mode="json")
-        keys["rings"] = [_lean(ring, RingModel, _EDITED) for ring in keys["rings"]]
+        keys["rings"] = [_lean(ring, Ring, _EDITED) for ring in keys["rings"]]
         keys["zeta"] = [_lean_zeta(one) for one in keys["zeta"]]
         if self.found is not None:
             keys["found"] = _lean(keys["found"], SearchResult)
@@ -114,13 +114,8 @@ class ProposalFile(VersionedFile):
 
     @model_validator(mode="after")
     def _on_the_robot(self) -> Self:
-        robot = self.scene.robot
-        refuse(
-            (("rings", i, "link"), ring.link, f"a link of {robot.name}: {', '.join(robot.links)}")
-            for i, ring in enumerate(self.rings)
-            if ring.link not in robot.links
-        )
-        refuse(single_faults(self.sensors, robot, self.scene.sensor, "sensors"))
+        setup = Setup(tuple(self.rings), tuple(self.sensors))
+        refuse(setup_faults(setup, self.scene.robot, self.scene.sensor))
         if not self.rings and not self.sensors:
             refuse([(("rings",), None, "one ring or single sensor, or more")])
         return self

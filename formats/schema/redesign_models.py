@@ -4,15 +4,14 @@ from typing import Annotated, Self
 
 from pydantic import Field
 
-from ...coverage.rings.ring import Setup
-from ...coverage.rings.rounding import DIGITS_DEG
+from ...coverage.rings.ring import DIGITS_DEG, Ring, Setup
+from ...coverage.rings.rounding import table_of
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.verified import Verified
 from ...placement.redesign.changes import Change, Work
 from .base_model import StrictModel
 from .field_types import Percent
 from .mapping import MappedModel, Of, rounded_degrees, rounded_millimetres
-from .ring_models import RingModel, ring_models
 from .scene_models import SceneModel
 from .versions import VersionedFile
 
@@ -28,10 +27,10 @@ class ChangeModel(MappedModel[Change]):
         default=None, description="number of the mounted ring, counted from 0; none for a new ring"
     )
     done: str = Field(description="kind of the change")
-    before: RingModel | None = Field(
+    before: Ring | None = Field(
         default=None, description="ring before the change; none for a new ring"
     )
-    after: RingModel | None = Field(
+    after: Ring | None = Field(
         default=None, description="ring after the change; none for a removed ring"
     )
     sensors: int = Field(description="number of sensors added")
@@ -46,7 +45,7 @@ class ChangeModel(MappedModel[Change]):
         """Return the record of a change to a setup with ``mounted`` rings; ``sensor`` is the
         scene's."""
         before, after = (
-            None if ring is None else ring_models(Setup((ring,)), sensor)[0]
+            None if ring is None else table_of(Setup((ring,)), sensor)["rings"][0]
             for ring in (change.before, change.after)
         )
         return cls.from_domain(
@@ -85,7 +84,7 @@ class StepModel(StrictModel):
     )
     work: WorkModel = Field(description="effort of the changes")
     changes: list[ChangeModel] = Field(description="changes")
-    rings: list[RingModel] = Field(description="all rings after the changes")
+    rings: list[Ring] = Field(description="all rings after the changes")
     zeta: list[Verified] = Field(description="verified coverage of each target")
 
 
@@ -105,7 +104,7 @@ class ImproveResult(VersionedFile):
     short_percent: float = Field(
         ge=0, description="sum by which floors are missed as mounted, percentage points"
     )
-    rings: list[RingModel] = Field(description="mounted rings")
+    rings: list[Ring] = Field(description="mounted rings")
     zeta: list[Verified] = Field(description="verified coverage of each target as mounted")
     broken: list[str] = Field(description="rules that the mounted setup breaks")
     steps: list[StepModel] = Field(description="best setups with a growing number of changes")

@@ -20,7 +20,9 @@ from ...coverage.definitions.records import FILE_VERSION
 from ...coverage.electronics.electronics import Electronics
 from ...coverage.occlusion.occlusion_mode import Occlusion
 from ...coverage.person_reach import Person
-from ...coverage.rings.ring import RING_RADIUS, Setup
+from ...coverage.rings.mounted_sensor import CellSensor, MountedSensor
+from ...coverage.rings.ring import RING_RADIUS, Ring, Setup
+from ...coverage.rings.rounding import setup_faults, table_of, with_scene
 from ...coverage.robots.attached import Attached, Solid, named
 from ...coverage.robots.base_frame import BaseFrame, base_frame, must_turn
 from ...coverage.robots.built_in import PAPER_ROBOTS, UR10
@@ -44,14 +46,6 @@ from ...objectives.trajectory import TrajectoryFile
 from ...objectives.turned_cell import states_coordinates, turned_scene
 from .field_types import RingRadius
 from .mapping import MappedModel
-from .mounted_sensor_models import (
-    CellSensorModel,
-    MountedSensorModel,
-    single_faults,
-    single_models,
-    singles_of,
-)
-from .ring_models import RingModel, ring_models, setup_of
 from .versions import VersionedFile
 
 
@@ -130,13 +124,13 @@ class SceneModel(MappedModel[Scene]):
     prices: Prices | None = Field(
         default=None, description="what a ring and a sensor cost, for the price of a setup"
     )
-    fixed: list[RingModel] = Field(
+    fixed: list[Ring] = Field(
         default=[], max_length=1000, description="rings that are already mounted and stay"
     )
-    fixed_sensors: list[MountedSensorModel] = Field(
+    fixed_sensors: list[MountedSensor] = Field(
         default=[], max_length=1000, description="single sensors that are already mounted and stay"
     )
-    cell_sensors: list[CellSensorModel] = Field(
+    cell_sensors: list[CellSensor] = Field(
         default=[],
         max_length=1000,
         description="sensors of the cell, in the base frame; their coverage counts with any setup",
@@ -174,6 +168,11 @@ class SceneModel(MappedModel[Scene]):
         refuse([*self._pose_faults(robot), *self._robot_faults(robot), *self._choice_faults(robot)])
         return self
 
+    @property
+    def _fixed(self) -> Setup:
+        """What is already mounted."""
+        return Setup(tuple(self.fixed), tuple(self.fixed_sensors))
+
     def _without_bodies(self, mount_stated: bool) -> None:
         """Put in place of the defaults those that a robot without bodies allows."""
         if "occlusion" not in self.model_fields_set:
@@ -203,10 +202,7 @@ class SceneModel(MappedModel[Scene]):
             elif tool.link not in robot.carriers:
                 allowed = f"a link of {robot.name}: {', '.join(robot.carriers)}"
                 yield ("attached", i, "link"), tool.link, allowed
-        for i, ring in enumerate(self.fixed):
-            if ring.link not in robot.links:
-                yield ("fixed", i, "link"), ring.link, _links_of(robot)
-        yield from single_faults(self.fixed_sensors, robot, self.sensor, "fixed_sensors")
+        yield from setup_faults(self._fixed, robot, self.sensor, ("fixed", "fixed_sensors"))
         if self.occlusion != "ignore" and not robot.bodies:
             allowed = f"ignore, because robot {robot.name} has no bodies"
             yield ("occlusion",), self.occlusion, allowed
@@ -260,17 +256,14 @@ class SceneModel(MappedModel[Scene]):
         robot = self.robot
         if self.calibration is not None:
             robot = self.calibration.applied(robot)
+        fixed = with_scene(self._fixed, sensor, radius)
         scene = super().to_domain(
             robot=robot.with_attached(_without_files(self.attached, "attached")),
             base_stated=self.base is not None,
             poses=tuple(pose.pose(robot.chain) for pose in self.poses),
             ring_radius=radius,
             radius_stated=self.ring_radius is not None,
-            rules=replace(
-                self.rules,
-                fixed=setup_of(self.fixed, sensor, radius).rings,
-                fixed_sensors=singles_of(self.fixed_sensors, sensor),
-            ),
+            rules=replace(self.rules, fixed=fixed.rings, fixed_sensors=fixed.singles),
             obstacles=_without_files(self.obstacles, "obstacle"),
             **given,
         )
@@ -290,6 +283,7 @@ class SceneModel(MappedModel[Scene]):
     @classmethod
     def record_of(cls, value: Scene, **given: Any) -> Self:
         """Return the record of a scene, of which files may be unable to hold the targets."""
+        fixed = table_of(Setup(value.rules.fixed, value.rules.fixed_sensors), value.sensor)
         stated = value.radius_stated or value.ring_radius != RING_RADIUS
         return super().from_domain(
             value,
@@ -298,8 +292,8 @@ class SceneModel(MappedModel[Scene]):
             calibration=CalibrationTable.of(value.robot),
             poses=[PoseTable.of(pose, value.robot.chain) for pose in value.poses],
             ring_radius=value.ring_radius if stated else None,
-            fixed=ring_models(Setup(value.rules.fixed), value.sensor),
-            fixed_sensors=single_models(value.rules.fixed_sensors, value.sensor),
+            fixed=fixed["rings"],
+            fixed_sensors=fixed["sensors"],
             attached=list(value.robot.attached),
             **given,
         )

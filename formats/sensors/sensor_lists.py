@@ -7,22 +7,78 @@ import csv
 import io
 import math
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
+from ...coverage.definitions.definition import definition, fields_of
 from ...coverage.definitions.errors import UserError
+from ...coverage.definitions.field_types import Coordinate, Metres
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
-from ...coverage.sensors.sensor import Sensor
+from ...coverage.sensors.sensor import Sensor, Shape
 from ...objectives.scene import Scene
 from ..csv_rows import csv_rows
-from ..schema.ring_models import ConeRow, SpecialConeRow, SquareConeRow
 from .ring_fit import SensorAtPose, fitted_setup
 
-COLUMNS, SQUARE_COLUMNS = tuple(ConeRow.model_fields), tuple(SquareConeRow.model_fields)
-SPECIAL_COLUMNS = tuple(SpecialConeRow.model_fields)
 _DIGITS = 9  # decimals of metres and of unit vectors
+_Index = Annotated[int, Field(ge=0, le=999)]
+_Part = Annotated[float, Field(ge=-1.001, le=1.001)]  # of a unit vector in the base frame
+
+
+@definition(kw_only=True)
+class ConeRow:
+    """A row of ``place-rings cones``: one sensor at one pose, in the base frame."""
+
+    pose: Annotated[int, Field(ge=0, lt=10_000)]
+    """Number of the pose, counted from 0."""
+    ring: _Index
+    """Number of the ring, counted from 0."""
+    sensor: _Index
+    """Number of the sensor, counted from 0."""
+    apex_x: Coordinate
+    apex_y: Coordinate
+    apex_z: Coordinate
+    axis_x: _Part
+    axis_y: _Part
+    axis_z: _Part
+    fov_deg: Annotated[float, Field(gt=0, lt=180)]
+    """Full field of view, degrees."""
+    range_m: Metres
+    """Range, m."""
+
+
+@definition(kw_only=True)
+class SquareConeRow(ConeRow):
+    """A row in a file with square beams: also the full angle along ``up``, 0 for a round beam, and
+    ``up`` itself."""
+
+    fov_up_deg: Annotated[float, Field(ge=0, lt=180)]
+    """Full field of view along up, degrees; 0: a round beam."""
+    up_x: _Part
+    up_y: _Part
+    up_z: _Part
+
+
+@definition(kw_only=True)
+class SpecialConeRow(SquareConeRow):
+    """A row in a file with other shapes or with beams that begin at a distance: also the shape, its
+    thickness (0 where it states none), and that distance."""
+
+    fov_deg: Annotated[float, Field(gt=0, le=360)]
+    """Full field of view, degrees."""
+    shape: Shape
+    """Shape of the beam."""
+    thickness_m: Annotated[float, Field(ge=0, le=100)]
+    """Thickness of a fan, or of a frustum's aperture, m; 0: none."""
+    near_m: Annotated[float, Field(ge=0, le=100)]
+    """Distance along the axis at which a cone or pyramid begins, m."""
+
+
+COLUMNS, SQUARE_COLUMNS = fields_of(ConeRow), fields_of(SquareConeRow)
+SPECIAL_COLUMNS = fields_of(SpecialConeRow)
 
 
 def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) -> str:

@@ -6,6 +6,7 @@ each wire is compared with each seat in each turn, over all zones at all stops: 
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -36,7 +37,8 @@ class ZoneTurns:
 
     def stated_in(self, ring: Ring) -> Ring:
         """Return ``ring`` with the turn that the readings show."""
-        return replace(ring, zone_turn_deg=self.turn.turn_deg, zone_mirrored=self.turn.mirrored)
+        turned: Any = self.turn.turn_deg
+        return replace(ring, zone_turn_deg=turned, zone_mirrored=self.turn.mirrored)
 
     def faults(self, ring: int, link: str) -> list[str]:
         """Describe each difference from the proposal, and what to set or turn, one line each."""

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
+from ...coverage.definitions.definition import adapter
 from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import table_of, with_scene
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets.target import Target
-from ...formats.schema.mounted_sensor_models import MountedSensorModel, single_models, singles_of
-from ...formats.schema.ring_models import RingModel, ring_models, setup_of
 from ...formats.schema.scene_models import SceneModel
 from ...objectives.named_layouts import layout_in
 from ...objectives.scene import Scene
@@ -26,7 +26,8 @@ def goal_keys(target: Target) -> dict[str, Any]:
 
 def ring_keys(setup: Setup, sensor: Sensor) -> Rings:
     """Return the rings of a setup as in a proposal file, in a scene with this sensor."""
-    return [ring.model_dump(exclude_none=True) for ring in ring_models(setup, sensor)]
+    rings: Rings = table_of(setup, sensor, lean=True)["rings"]
+    return rings
 
 
 def scene_from(scene: Mapping[str, Any]) -> Scene:
@@ -54,17 +55,10 @@ def setup_from(setup: str | Rings | Sensors, scene: Scene) -> Setup:
     if isinstance(setup, str):
         return layout_in(scene, setup)
     keys: Sensors = {"rings": setup} if isinstance(setup, list) else setup
-    rings = [RingModel.model_validate(ring) for ring in keys.get("rings", [])]
-    singles = [MountedSensorModel.model_validate(one) for one in keys.get("sensors", [])]
-    around = setup_of(rings, scene.sensor, scene.ring_radius).rings
-    return Setup(around, singles_of(singles, scene.sensor))
+    stated = adapter(Setup).validate_python(keys)
+    return with_scene(stated, scene.sensor, scene.ring_radius)
 
 
 def setup_keys(setup: Setup, scene: Scene) -> dict[str, list[dict[str, Any]]]:
     """Return the rings and single sensors of a setup as in a proposal file."""
-    rings = ring_models(setup, scene.sensor)
-    singles = single_models(setup.singles, scene.sensor)
-    return {
-        "rings": [one.model_dump(mode="json", exclude_none=True) for one in rings],
-        "sensors": [one.model_dump(mode="json", exclude_none=True) for one in singles],
-    }
+    return table_of(setup, scene.sensor, lean=True)

@@ -10,12 +10,11 @@ from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced_cones
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.rings.rounding import rounded, table_of, with_scene
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.cones import Cones, around
-from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.redundancy import redundancy
@@ -126,7 +125,8 @@ def test_mixed_setups_and_sensors_of_links_read_back():
         "forearm"
     ).sensor.fov_up == pytest.approx(FLAT.fov_up)
     assert SceneModel.from_domain(scene).to_domain().limits_of("forearm").sensor.zones == 1
-    again = setup_of(ring_models(MIXED, scene.sensor), scene.sensor)
+    read = adapter(Setup).validate_python(table_of(MIXED, scene.sensor))
+    again = with_scene(read, scene.sensor)
     assert again == rounded(again, scene.sensor)
     assert [r.sensor.fov_up is None for r in again.rings] == [False, True, False]
     assert [r.sensor.zones for r in again.rings] == [8, 1, 1]

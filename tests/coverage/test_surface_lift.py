@@ -117,7 +117,7 @@ def test_a_lifted_sensor_sees_and_only_its_pose_decides():
     proof = Verifier(scene, None, "certified", 0.02).verify(lifted, target)
     assert proof.low <= Verifier(scene, 0.01).verify(lifted, target).zeta + 0.005
     file = ProposalFile.of(lifted, scene)
-    assert file.sensors[0].lifted_mm == pytest.approx(1000 * lifted.singles[0].lifted, abs=1e-6)
+    assert file.sensors[0].lifted == pytest.approx(lifted.singles[0].lifted, abs=1e-9)
     assert file.setup(scene).singles[0].lifted == pytest.approx(lifted.singles[0].lifted, abs=1e-8)
     gap = np.asarray(
         robot_capsules(scene.robot, forward(scene.robot.chain, UR10.rest)).distance(

@@ -9,14 +9,14 @@ import place_rings as pr
 import pytest
 import tomli_w
 from hypothesis import given
+from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
-from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.rings.rounding import rounded, table_of, with_scene
 from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.formats import writing
 from place_rings.formats.loader import how_found, read_proposal, read_scene, resolve
-from place_rings.formats.schema.ring_models import RingModel, ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
 from place_rings.objectives.named_layouts import layout_in
@@ -153,7 +153,7 @@ def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "n2_16_25").mkdir()
     assert resolve("n2_16_25", None)[0] == layout_in(Scene(), "n2_16_25")
-    for name, key in (("n2_16_90", "tilt_deg"), ("n2_5000_25", "count")):
+    for name, key in (("n2_16_90", "rings[0].tilt_deg"), ("n2_5000_25", "rings[0].count")):
         with refused(f"{name} {key}"):
             resolve(name, None)
 
@@ -195,9 +195,8 @@ def test_rounded_rings_are_those_that_a_file_gives_back(seed):
         )
         for _ in range(5)
     )
-    tables = ring_models(Setup(rings), scene.sensor)
-    read = [RingModel.model_validate(table.model_dump(mode="json")) for table in tables]
-    assert rounded(Setup(rings), scene.sensor) == setup_of(read, scene.sensor)
+    read = adapter(Setup).validate_python(table_of(Setup(rings), scene.sensor))
+    assert rounded(Setup(rings), scene.sensor) == with_scene(read, scene.sensor)
 
 
 def test_the_former_name_of_the_largest_number_of_rings_on_a_link_is_read(tmp_path):

@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.ring_models import ring_models
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.link_limits import USUAL_LIMITS, LinkLimits
 from place_rings.objectives.motion_limits import Motion
@@ -274,9 +272,7 @@ def test_options_that_do_not_fit_are_refused(tmp_path, monkeypatch, words, parts
 def proposal(motion, obstacles, link=USUAL_LIMITS):
     """A proposal in a scene with such a motion, cell and limits, as TOML."""
     scene = replace(SCENE, motion=motion, obstacles=obstacles, link=link)
-    return to_toml(
-        ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=SceneModel.from_domain(scene))
-    )
+    return to_toml(ProposalFile.of(SETUP, scene))
 
 
 @pytest.fixture
