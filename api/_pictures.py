@@ -1,13 +1,11 @@
 """Pictures of a setup."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ._errors import input_errors
-from ._scene import Scene
-from .coverage.rings.ring import Setup
 from .formats.writing import write_bytes
 
 
@@ -45,25 +43,3 @@ def drawn(draw: Callable[[Path], None], path: str | Path | None) -> Picture:
         if path is not None:
             write_bytes(Path(path), png)
     return Picture(png, None if path is None else Path(path))
-
-
-def picture(
-    scene: Scene, setup: Setup, captions: Sequence[str], path: str | Path | None
-) -> Picture:
-    """Draw a setup.
-
-    Args:
-        scene: scene of the setup.
-        setup: the rings.
-        captions: title, one text for each target.
-        path: path of a PNG file, or None to write none.
-
-    Returns:
-        The picture.
-
-    Raises:
-        InputError: if the file cannot be written.
-    """
-    from .reporting.placement_picture import placement_picture
-
-    return drawn(lambda file: placement_picture(file, scene.core, setup, captions), path)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._errors import input_errors
-from ._pictures import Picture, picture
+from ._pictures import Picture, drawn
 from ._scene import Scene
 from .coverage.rings.ring import Setup
 from .objectives.dark_clothing import judge_dark, verify_dark
@@ -47,7 +47,10 @@ class Placement:
         Raises:
             InputError: if the file cannot be written.
         """
-        return picture(self.scene, self.setup, self.captions(), path)
+        from .reporting.placement_picture import placement_picture
+
+        what = self.scene.core, self.setup, self.captions()
+        return drawn(lambda file: placement_picture(file, *what), path)
 
     def report(self, folder: str | Path = "place-rings-report", **options: Any) -> Path:
         """Write the report, one HTML page; see ``place_rings.report``."""
