@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from ._change_text import instruction
 from ._errors import new_files
 from ._pictures import Picture, drawn
 from ._placement import Placement
@@ -13,9 +12,9 @@ from ._proposal import Proposal
 from ._scene import Scene
 from ._versions import origin
 from .coverage.rings.ring import Setup
-from .coverage.rings.rounding import table_of
+from .coverage.rings.rounding import of_scene
 from .formats.schema.proposal_models import ProposalFile
-from .formats.schema.redesign_models import ChangeModel, ImproveResult, StepModel, WorkModel
+from .formats.schema.redesign_models import ImproveResult
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import to_toml, write_text
 from .objectives.verified import Verified
@@ -97,9 +96,9 @@ class Improvement(Placement):
     @property
     def instructions(self) -> tuple[tuple[str, ...], ...]:
         """One line of text for each changed ring of each step: what to do to it."""
-        rings, robot = len(self.result.mounted.setup.rings), self.scene.robot
+        robot = self.scene.robot
         return tuple(
-            tuple(instruction(change, rings, robot) for change in answer.changes)
+            tuple(change.instruction(robot) for change in answer.changes)
             for answer in self.result.steps
         )
 
@@ -121,10 +120,13 @@ class Improvement(Placement):
             seconds=result.seconds,
             exact_percent=100 * result.mounted.exact,
             short_percent=100 * result.mounted.short,
-            rings=table_of(result.mounted.setup, core.sensor)["rings"],
+            rings=list(of_scene(result.mounted.setup, core.sensor).rings),
             zeta=zetas[0],
             broken=[fault.text for fault in result.broken],
-            steps=[self._step(a, z) for a, z in zip(result.steps, zetas[1:], strict=True)],
+            steps=[
+                answer.in_file(result.mounted, core.sensor, zeta)
+                for answer, zeta in zip(result.steps, zetas[1:], strict=True)
+            ],
         )
 
     def plot(self, path: str | Path | None = None) -> Picture:
@@ -214,18 +216,6 @@ class Improvement(Placement):
             pass
         return records + [[]] * (len(answers) - len(records))
 
-    def _step(self, answer: Answer, zeta: list[Verified]) -> StepModel:
-        mounted, sensor = self.result.mounted, self.scene.sensor
-        return StepModel(
-            exact_percent=100 * answer.exact,
-            gain_percent=100 * (answer.exact - mounted.exact),
-            short_percent=100 * answer.short,
-            work=WorkModel.from_domain(answer.work),
-            changes=[ChangeModel.of(c, len(mounted.setup.rings), sensor) for c in answer.changes],
-            rings=table_of(answer.setup, sensor)["rings"],
-            zeta=zeta,
-        )
-
 
 def improvement_files(changes: int) -> list[str]:
     """Return the names of the files of an improvement with at most so many changes."""
@@ -257,9 +247,9 @@ def write_improvement(improvement: Improvement, new: Path, folder: Path) -> Impr
     texts = improvement.instructions
     for answer, step, lines in zip(result.steps, record.steps, texts, strict=True):
         proposal = ProposalFile(
-            rings=step.rings,
+            rings=list(step.rings),
             scene=record.scene,
-            zeta=step.zeta,
+            zeta=list(step.zeta),
             found=improvement._found(answer),
         )
         n = len(step.changes)

@@ -4,6 +4,7 @@ import shlex
 import sys
 from contextlib import nullcontext
 from dataclasses import replace
+from math import degrees
 from pathlib import Path
 
 from place_rings._improve import improve as improved
@@ -97,7 +98,7 @@ def _show(record: ImproveResult, improvement: Improvement, voxel: float, console
             f" {least}."
         )
     if result.mounted.short:
-        shorts = ", ".join(f"{step.short_percent:.2f}" for step in record.steps)
+        shorts = ", ".join(f"{100 * step.short:.2f}" for step in record.steps)
         console.print(
             f"The minimum coverages (--at-least) are missed by {record.short_percent:.2f} points as"
             f" mounted; after the changes: {shorts or '–'}."
@@ -115,9 +116,9 @@ def _table(record: ImproveResult) -> Explained:
     for step in record.steps:
         cells = [percent(r, r.rule) for r in step.zeta] or [""] * len(labels)
         w = step.work
-        costs = (f"{w.moved_mm:.0f}", f"{w.tilted_deg:.1f}", f"{w.turned_deg:.1f}")
-        gain = f"{step.gain_percent:+.2f}"
-        rows.append([str(len(step.changes)), *cells, gain, f"{w.sensors_added:+d}", *costs])
+        costs = (f"{1000 * w.moved:.0f}", f"{degrees(w.tilted):.1f}", f"{degrees(w.turned):.1f}")
+        gain = f"{100 * step.gain:+.2f}"
+        rows.append([str(len(step.changes)), *cells, gain, f"{w.sensors:+d}", *costs])
     return Explained.of(
         f"{record.setup}: coverage ζ in percent, and the work of each number of changes",
         ("changes", *labels, "gain", "sensors", "mm", "tilt °", "turn °"),

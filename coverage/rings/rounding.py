@@ -32,10 +32,15 @@ def _rounded(sensor: Sensor) -> Sensor:
     return as_in_file(sensor)
 
 
+def of_scene(setup: Setup, sensor: Sensor) -> Setup:
+    """Return the setup as a file of a scene with ``sensor`` states it, which is not repeated."""
+    return _with_sensors(setup, lambda own: OF_SCENE if own == sensor else own)
+
+
 def table_of(setup: Setup, sensor: Sensor, lean: bool = False) -> dict[str, Any]:
-    """Return the keys ``rings`` and ``sensors`` of a setup in a file of a scene with ``sensor``,
-    which is not repeated; ``lean`` leaves out keys without a value."""
-    own = _with_sensors(setup, lambda own: OF_SCENE if own == sensor else own)
+    """Return the keys ``rings`` and ``sensors`` of ``of_scene``; ``lean`` leaves out keys without a
+    value."""
+    own = of_scene(setup, sensor)
     table: dict[str, Any] = adapter(Setup).dump_python(own, mode="json", exclude_none=lean)
     return table
 

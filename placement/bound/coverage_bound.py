@@ -35,7 +35,7 @@ class CoverageBound:
     value: Annotated[float, Covered("bound_percent")] | None = None
     """No layout within the budget and the rules reaches more of the criterion; none after
     Ctrl-C."""
-    gap: Annotated[float, Points("gap_points", 12)] | None = None
+    gap: Annotated[float, Points("gap_points", 16)] | None = None
     """The bound less the proposal's value of the criterion."""
     informative: bool = False
     """Whether the bound is below 100 %."""

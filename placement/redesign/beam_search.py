@@ -7,14 +7,22 @@ fixed. The best results are counted exactly, rounded as in a file.
 """
 
 import math
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
+from typing import Annotated, Self
 
 import numpy as np
 
-from ...coverage.rings.ring import Setup
+from ...coverage.definitions.definition import definition
+from ...coverage.definitions.field_types import InPython, Items
+from ...coverage.definitions.units import Covered, Points
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.rounding import of_scene
+from ...coverage.sensors.sensor import Sensor
 from ...coverage.soft.estimator import SHARP
 from ...objectives.soft_coverage import SoftCoverage
+from ...objectives.verified import Verified
 from ..search.context import SearchContext
 from ..search.local_search import ClimbEffort, RingConstraints, climb
 from ..search.progress import Progress
@@ -59,25 +67,39 @@ class BeamPlan:
     """Setups that are simplified and counted."""
 
 
-@dataclass(frozen=True)
+@definition(kw_only=True)
 class Answer:
     """The best setup for a number of changes."""
 
-    touched: Touched
-    """The changed setup."""
-    exact: float
-    """Exact ζ, weighted mean in [0, 1]."""
-    short: float
-    """Sum by which the goals' floors are missed."""
-    soft: float
+    touched: InPython[Touched] = None  # type: ignore[assignment]
+    """The changed setup; None from a file."""
+    soft: InPython[float] = 0.0
     """Soft ζ; of the mounted setup, and of what is counted after the time limit, the exact one."""
-    changes: tuple[Change, ...]
-    """The changes."""
+    exact: Annotated[float, Covered("exact_percent")]
+    """Exact coverage, weighted mean over the targets."""
+    gain: Annotated[float, Points("gain_percent", 16)] = 0.0
+    """Gain over the mounted setup."""
+    short: Annotated[float, Points("short_percent", 16)]
+    """Sum by which floors are missed."""
+    work: Work
+    """Effort of the changes."""
+    changes: Items[Change]
+    """Changes."""
+    rings: Items[Ring] = ()
+    """All rings after the changes."""
+    zeta: Items[Verified] = ()
+    """Verified coverage of each target."""
 
-    @property
-    def work(self) -> Work:
-        """Effort of the changes."""
-        return work(list(self.changes))
+    def in_file(self, mounted: "Answer", sensor: Sensor, zeta: Iterable[Verified]) -> Self:
+        """Return the answer as a file of a scene with ``sensor`` states it, beside that of the
+        mounted setup and with the coverage of each target."""
+        return replace(
+            self,
+            gain=self.exact - mounted.exact,
+            changes=tuple(change.in_file(sensor) for change in self.changes),
+            rings=of_scene(self.setup, sensor).rings,
+            zeta=tuple(zeta),
+        )
 
     @property
     def setup(self) -> Setup:
@@ -214,7 +236,14 @@ class BeamSearch:
         if t.setup not in self.counted:
             short, exact = self.context.verifier.judge(t.setup)
             some = changes(self.rework.scene.robot, self.rework.before, t.rings)
-            self.counted[t.setup] = Answer(t, exact, short, self._soft(t, exact), tuple(some))
+            self.counted[t.setup] = Answer(
+                touched=t,
+                soft=self._soft(t, exact),
+                exact=exact,
+                short=short,
+                work=work(some),
+                changes=tuple(some),
+            )
         return self.counted[t.setup]
 
     def look(self, some: list[EncodedSetup]) -> list[Touched]:

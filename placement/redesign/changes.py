@@ -7,73 +7,109 @@ another link.
 """
 
 import math
-from dataclasses import dataclass
-from enum import Enum
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Annotated, Literal, Self
 
+from ...coverage.definitions.definition import definition
+from ...coverage.definitions.units import Degrees, Key, Millimetres
 from ...coverage.rings.mounted_sensor import MountedSensor
-from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring import DIGITS_DEG, Ring, Setup
+from ...coverage.rings.rounding import of_scene
 from ...coverage.robots.robot import Robot
+from ...coverage.sensors.sensor import Sensor
 
 Rings = tuple[Ring | None, ...]  # the ring at each place, None: no ring
 
 
-class ChangeKind(Enum):
-    """Kind of a change; the value is the text in files."""
-
-    SET = "set anew"
-    CARRIED = "carried over"
-    ADDED = "added"
-    TAKEN = "taken away"
+def _degrees(angle: float) -> float:
+    return round(math.degrees(angle), DIGITS_DEG) + 0.0
 
 
-@dataclass(frozen=True)
+_Moved = Annotated[float, Millimetres("moved_mm", 3, ge=0)]
+_Tilted = Annotated[float, Degrees("tilted_deg", write=_degrees, ge=0)]
+_Turned = Annotated[float, Degrees("turned_deg", write=_degrees, ge=0)]
+
+
+@definition(kw_only=True)
 class Change:
-    """One ring touched."""
+    """A change to one ring."""
 
-    place: int
-    """Number of the ring in the mounted setup; numbers beyond it are new rings."""
-    before: Ring | None
-    """The ring before; None if it is new."""
-    after: Ring | None
-    """The ring after; None if it is removed."""
-    moved: float
-    """Displacement along its link, m; 0 if it moves to another link."""
-    tilted: float
-    """Change of tilt, rad; 0 for a new or removed ring."""
-    turned: float
-    """Least rotation that brings the sensors to their new places, rad; 0 for a new or
-    removed ring."""
-
-    @property
-    def kind(self) -> ChangeKind:
-        """Kind of the change."""
-        if self.before is None:
-            return ChangeKind.ADDED
-        if self.after is None:
-            return ChangeKind.TAKEN
-        return ChangeKind.SET if self.before.link == self.after.link else ChangeKind.CARRIED
-
-    @property
-    def sensors(self) -> int:
-        """Number of sensors added to this ring; negative if it loses some."""
-        return (self.after.count if self.after else 0) - (self.before.count if self.before else 0)
-
-
-@dataclass(frozen=True)
-class Work:
-    """Total effort of several changes."""
-
-    rings: int
-    """Rings touched."""
-    carried: int
-    """Rings moved to another link."""
+    ring: int | None = None
+    """Number of the mounted ring, counted from 0; none for a new ring."""
+    done: Literal["set anew", "carried over", "added", "taken away"]
+    """Kind of the change."""
+    before: Ring | None = None
+    """Ring before the change; none for a new ring."""
+    after: Ring | None = None
+    """Ring after the change; none for a removed ring."""
     sensors: int
-    """Sensors added."""
-    moved: float
+    """Number of sensors added."""
+    moved: _Moved = 0.0
+    """Displacement along the link, m; 0 if it moves to another link."""
+    tilted: _Tilted = 0.0
+    """Change of tilt, rad; 0 for a new or removed ring."""
+    turned: _Turned = 0.0
+    """Least rotation about the link that brings the sensors to their new places, rad; 0 for a new
+    or removed ring."""
+
+    def in_file(self, sensor: Sensor) -> Self:
+        """Return the change as a file of a scene with ``sensor`` states it."""
+        return replace(
+            self,
+            before=self.before and of_scene(Setup((self.before,)), sensor).rings[0],
+            after=self.after and of_scene(Setup((self.after,)), sensor).rings[0],
+        )
+
+    def instruction(self, robot: Robot) -> str:
+        """Return what to do to the ring, as one line of text; lengths are those of ``robot``."""
+        before, after = self.before, self.after
+        name = "new ring" if self.ring is None else f"ring {self.ring}"
+        if after is None:
+            place = f" ({before.link}, {before.count} sensors)" if before else ""
+            return f"{name}{place}: remove"
+        length, place = robot.mount(after.link).length, ""
+        if length > 0:
+            place = f", {1000 * after.position * length:.0f} mm from its proximal end"
+        if before is None:
+            angles = f"tilt {_signed(after.tilt)}, phase {math.degrees(after.phase):.1f}°"
+            return f"{name}: {after.count} sensors on {after.link}{place}, {angles}"
+        steps = []
+        if self.done == "carried over":
+            steps.append(f"carry to {after.link}{place}")
+        elif self.moved:
+            way = "distal" if after.position > before.position else "proximal"
+            to = place.removeprefix(",")
+            steps.append(f"move {1000 * self.moved:.0f} mm towards the {way} end, to{to}")
+        if self.tilted:
+            steps.append(f"tilt {_signed(before.tilt)} → {_signed(after.tilt)}")
+        if self.turned:
+            steps.append(f"turn by {_signed(turn(before, after))}")
+        if self.sensors:
+            steps.append(f"{before.count} → {after.count} sensors")
+        return f"{name} ({before.link}): {', '.join(steps)}"
+
+
+def _signed(angle: float) -> str:
+    return f"{math.degrees(angle):+.1f}°"
+
+
+@definition
+class Work:
+    """Total effort of the changes. A ring that moves to another link adds no millimetres."""
+
+    rings: Annotated[int, Key("rings_touched")]
+    """Number of rings touched."""
+    carried: Annotated[int, Key("rings_carried")]
+    """Number of rings moved to another link."""
+    sensors: Annotated[int, Key("sensors_added")]
+    """Number of sensors added."""
+    moved: _Moved
     """Displacement along links, m."""
-    tilted: float
+    tilted: _Tilted
     """Change of tilt, rad."""
-    turned: float
+    turned: _Turned
     """Rotation about the links, rad."""
 
 
@@ -109,25 +145,33 @@ def changes(robot: Robot, before: Rings, after: Rings) -> list[Change]:
     """Return the differences between two tuples of places."""
     differences = []
     for place, (a, b) in enumerate(zip(before, after, strict=True)):
-        if a is not None and b is not None and a != b:
-            moved = (
-                abs(b.position - a.position) * robot.mount(a.link).length
-                if a.link == b.link
-                else 0.0
+        if a == b:
+            continue
+        ring = None if a is None else place
+        sensors = (b.count if b else 0) - (a.count if a else 0)
+        change = partial(Change, ring=ring, before=a, after=b, sensors=sensors)
+        if a is None or b is None:
+            differences.append(change(done="added" if a is None else "taken away"))
+            continue
+        carried, length = a.link != b.link, robot.mount(a.link).length
+        differences.append(
+            change(
+                done="carried over" if carried else "set anew",
+                moved=0.0 if carried else abs(b.position - a.position) * length,
+                tilted=abs(b.tilt - a.tilt),
+                turned=abs(turn(a, b)),
             )
-            differences.append(Change(place, a, b, moved, abs(b.tilt - a.tilt), abs(turn(a, b))))
-        elif a != b:
-            differences.append(Change(place, a, b, 0.0, 0.0, 0.0))
+        )
     return differences
 
 
-def work(some: list[Change]) -> Work:
+def work(each: Sequence[Change]) -> Work:
     """Return the total effort of changes."""
     return Work(
-        len(some),
-        sum(c.kind is ChangeKind.CARRIED for c in some),
-        sum(c.sensors for c in some),
-        math.fsum(c.moved for c in some),
-        math.fsum(c.tilted for c in some),
-        math.fsum(c.turned for c in some),
+        len(each),
+        sum(c.done == "carried over" for c in each),
+        sum(c.sensors for c in each),
+        math.fsum(c.moved for c in each),
+        math.fsum(c.tilted for c in each),
+        math.fsum(c.turned for c in each),
     )

@@ -17,7 +17,7 @@ from ...objectives.verified import Verified
 from .progress import Outcome, StageResult
 
 _Exact = Annotated[float, Covered("exact_percent")]
-_Short = Annotated[float, Points("short_percent", 12)]
+_Short = Annotated[float, Points("short_percent", 16)]
 _Seconds = Annotated[float, Decimals(1)]
 
 

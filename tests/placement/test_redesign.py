@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import assume, given
-from place_rings._change_text import instruction
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.targets.named import Shell
@@ -23,7 +22,7 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import beam_search as beam
 from place_rings.placement.redesign import redesign as improving
 from place_rings.placement.redesign.beam_search import WORTH, BeamPlan, Stage
-from place_rings.placement.redesign.changes import ChangeKind, Touched, changes, work
+from place_rings.placement.redesign.changes import Touched, changes, work
 from place_rings.placement.redesign.moves import touched
 from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.search.progress import Outcome
@@ -177,13 +176,9 @@ def test_costs_equal_a_recount(seed):
 
 def test_kinds_of_changes():
     a, b = Ring("forearm", 0.5, 8, 0.1, 0.2), Ring("upper_arm", 0.5, 8, 0.1, 0.2)
-    kinds = [
-        c.kind
-        for c in changes(
-            paper_scene().robot, (a, a, a, None, a), (replace(a, count=9), b, None, b, a)
-        )
-    ]
-    assert kinds == [ChangeKind.SET, ChangeKind.CARRIED, ChangeKind.TAKEN, ChangeKind.ADDED]
+    before, after = (a, a, a, None, a), (replace(a, count=9), b, None, b, a)
+    kinds = [c.done for c in changes(paper_scene().robot, before, after)]
+    assert kinds == ["set anew", "carried over", "taken away", "added"]
 
 
 def test_what_became_as_it_was_is_touched_no_more():
@@ -197,12 +192,12 @@ def test_what_became_as_it_was_is_touched_no_more():
 def test_every_change_has_an_instruction(seed):
     """In one line, with the ring's name; a new ring has no number."""
     rework, t = drawn_rework(seed)
-    mounted = len(rework.mounted.rings)
     for change in changes(rework.scene.robot, rework.before, t.rings):
-        line = instruction(change, mounted, rework.scene.robot)
-        assert line.startswith(f"ring {change.place}" if change.place < mounted else "new ring")
+        line = change.instruction(rework.scene.robot)
+        mounted = change.before in rework.mounted.rings
+        assert line.startswith(f"ring {change.ring} (" if mounted else "new ring:")
         assert line.isprintable()
-        assert ("remove" in line) == (change.kind is ChangeKind.TAKEN)
+        assert ("remove" in line) == (change.done == "taken away")
 
 
 SHORT = BeamPlan(120, 512, 0.05, 5, (Stage(0.03, 16, 3),), 1024, 2)
@@ -236,9 +231,7 @@ def check(scene, found, most, more, voxel):
         assert rounded(answer.setup, scene.sensor) == answer.setup
         gone, new = check_changes(before, answer.setup.rings, len(answer.changes))
         check_rules(scene, before, answer.setup.rings, new)
-        assert len(answer.changes) == len(gone) + sum(
-            c.kind is ChangeKind.ADDED for c in answer.changes
-        )
+        assert len(answer.changes) == len(gone) + sum(c.done == "added" for c in answer.changes)
         assert answer.setup.sensors <= found.mounted.setup.sensors + more
         assert answer.work.sensors == answer.setup.sensors - found.mounted.setup.sensors
         last, fewer = answer, len(answer.changes)
@@ -319,7 +312,7 @@ def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):
             "verify", result.files[f"changes_{len(step.changes)}"], "--voxel", 0.05, "--json"
         )
         assert json.loads(out)["covered_voxels"] == file.zeta[0].covered_voxels
-        assert step.gain_percent == pytest.approx(
+        assert 100 * step.gain == pytest.approx(
             100 * step.zeta[0].zeta - result.exact_percent, abs=1e-9
         )
 
