@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +16,7 @@ from ..coverage.robots.joint_values import (
     contradicted,
     in_file_units,
     joint_keys,
+    joint_keys_of,
     misnamed,
     named,
     ordered,
@@ -159,15 +160,11 @@ class PoseTable:
     @classmethod
     def of(cls, pose: Pose, chain: Chain) -> "PoseTable":
         """Return the table of a pose; a chain with prismatic joints names all."""
-        keys: dict[str, Any] = {}
-        if chain.prismatic:
-            keys["q"] = named(chain, pose.q)
-            if pose.rate is not None:
-                keys["rate"] = named(chain, pose.rate, speed=True)
-        else:
-            keys["q_deg"] = [degrees(v) for v in pose.q]
-            if pose.rate is not None:
-                keys["rate_deg_s"] = [degrees(v) for v in pose.rate]
+        keys = joint_keys_of(chain, pose.q)
+        if pose.rate is not None and chain.prismatic:
+            keys["rate"] = named(chain, pose.rate, speed=True)
+        elif pose.rate is not None:
+            keys["rate_deg_s"] = [degrees(v) for v in pose.rate]
         return cls(**keys, weight=pose.weight, time_s=pose.time_s)
 
 

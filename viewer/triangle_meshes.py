@@ -22,9 +22,8 @@ from ..coverage.solids.frustums import Frustums
 from ..coverage.solids.polyhedra import Polyhedra, half_space, polyhedra
 from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
-from ..formats.robots.description import read_description
 from ..formats.robots.urdf_matching import chain_between
-from ..formats.robots.urdf_options import UrdfOptions
+from ..formats.robots.urdf_options import UrdfOptions, read_description
 from ..reporting.rendering.meshes import (
     DISC,
     body,

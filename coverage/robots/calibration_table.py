@@ -11,8 +11,8 @@ from pydantic import Field
 from ..definitions.definition import Fault, definition
 from ..definitions.field_types import Items
 from .calibration import frames_differ
+from .part_tables import PlaceTable, place_of, written_place
 from .robot import Robot
-from .robot_table import PlaceTable, place_of, written_place
 
 
 @definition(kw_only=True)
@@ -53,4 +53,4 @@ class CalibrationTable:
         if robot.calibration is None:
             return None
         *joints, tcp = (PlaceTable(**written_place(T)) for T in robot.chain.origin)
-        return cls(source=robot.calibration.source, joints=joints, tcp=tcp)
+        return cls(source=robot.calibration.source, joints=tuple(joints), tcp=tcp)

@@ -67,11 +67,3 @@ def carried_polyhedra(robot: Robot, q: Float[np.ndarray, " J"]) -> tuple[Polyhed
     if not robot.carried:
         return ()
     return carried_at(robot, np.asarray(forward(robot.chain, np.asarray(q, float))))
-
-
-def attached_capsules(robot: Robot, q: Float[np.ndarray, " J"]) -> Capsules | None:
-    """Return the capsules that are attached to ``robot`` at the joint values ``q`` (J,) rad or m,
-    in the base frame; None if there are none."""
-    if not robot.attached:
-        return None
-    return attached_at(robot, np.asarray(forward(robot.chain, np.asarray(q, float))))

@@ -5,7 +5,8 @@ from jaxtyping import Float
 
 from ..person_reach import Person, person_region
 from ..reachable import reachable
-from ..robots.link_bodies import attached_capsules, carried_polyhedra
+from ..robots.kinematics import forward
+from ..robots.link_bodies import attached_at, carried_polyhedra
 from ..robots.robot import Robot
 from ..robots.separation_distance import Safety
 from ..solids.base import Difference, Intersection, Solid, Union
@@ -75,7 +76,8 @@ def target_solid(
         body = place.tube(place.shape.robot_radius)
         if "V_P" in target.names:
             body = Union(body, place.protective[1])
-        if (capsules := attached_capsules(robot, q)) is not None:
+        frames = np.asarray(forward(robot.chain, np.asarray(q, float)))
+        if (capsules := attached_at(robot, frames)) is not None:
             body = Union(body, capsules)
     if obstacles:
         body = Union(body, polyhedra(obstacles, outer.bounds()))

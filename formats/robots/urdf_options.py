@@ -6,12 +6,24 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...coverage.choices import Surface
-from .description import read_description
 from .meshes import Meshes
+from .mjcf import read_mjcf
 from .robot_fit import RobotFit, fit_robot
+from .urdf import LARGEST, read_urdf
 from .urdf_chain import pick_chain
 from .urdf_folding import Picked
 from .urdf_model import Urdf
+from .xml_text import bounded_bytes, plain_xml
+
+
+def read_description(path: Path) -> Urdf:
+    """Return the links and joints of a robot in a URDF or MJCF file.
+
+    Raises:
+        UserError: if it cannot be read or is not supported.
+    """
+    root = plain_xml(bounded_bytes(path, LARGEST), str(path))
+    return read_mjcf(path, root) if root.tag == "mujoco" else read_urdf(path)
 
 
 @dataclass(frozen=True)

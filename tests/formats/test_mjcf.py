@@ -19,10 +19,10 @@ from place_rings.coverage.robots.robot import BASE
 from place_rings.formats.export.mjcf import mjcf
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.loader import read_robot, read_scene
-from place_rings.formats.robots.description import read_description
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.formats.robots.urdf_folding import Carried
+from place_rings.formats.robots.urdf_options import read_description
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
