@@ -76,9 +76,10 @@ def check(
     ``place-rings --help`` explains the terms.
     """
     from ...formats.loader import resolve
+    from ...formats.optional_dependencies import require
     from ...rig.check.live import LiveCheck
     from ...rig.rings.line_monitor import Port
-    from ..options.rig import check_installed, check_ports, require_fit, resolve_ports
+    from ..options.rig import check_ports, require_fit, resolve_ports
     from ..options.scenes import resolve_scene, with_calibration
     from ..options.targets import parse_goals, with_goals
     from ..runs.check import Output, check_files, check_live, check_replay, write_only
@@ -108,6 +109,6 @@ def check(
     if rig.robot_host is not None:
         ports = resolve_ports(setup, rig.ring)
         check_ports(setup, ports)
-    check_installed()
+    require("rig", "check", "rtde_receive", "rtde_control", "serial")
     live = LiveCheck.of(subject, setup, where, options, rig.robot_host)
     sys.exit(check_live(live, ports, Output(out, as_json, bag)))

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from ...coverage.definitions.errors import UserError, shown
 from ...coverage.rings.ring import Setup
-from ...formats.optional_dependencies import require
 from ...rig.check.options import CheckOptions, FileOptions, RigOptions
 from ...rig.check.planned_check import ring_names
 from ...rig.rings.firmware_decoders import DECODERS
@@ -160,12 +159,3 @@ def check_ports(setup: Setup, ports: Sequence[Port]) -> None:
                 f"--ring {name}: port {shown(port.name)} is that of {other}; give each ring a port"
                 " of its own"
             )
-
-
-def check_installed() -> None:
-    """Check that the libraries of the rig are installed.
-
-    Raises:
-        UserError: if not; the message says how to install them.
-    """
-    require("rig", "check", "rtde_receive", "rtde_control", "serial")

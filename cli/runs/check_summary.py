@@ -31,9 +31,8 @@ def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bo
             for z in r.mount.zeta
         ]
     for c in r.coverage:
-        measured = f"{c.measured_percent:.1f} % ({c.low_percent:.1f} to {c.high_percent:.1f})"
         lines.append(
-            f"test rod: detected in {measured} of {c.named} ({sum(c.table[0])} trials predicted"
+            f"test rod: detected in {c.measured} of {c.named} ({sum(c.table[0])} trials predicted"
             f" seen, {sum(c.table[1])} unseen); predicted {c.predicted_percent:.1f} %"
         )
     lines += [r.disclaimer, *(f"  {folder / name}" for name in files)]

@@ -53,23 +53,16 @@ def differences(
         lines.append(f"sensors with zones that read the same everywhere: {', '.join(done.frozen)}")
     lines += code_findings(setup, ports)[0]
     if looks is not None:
-        if len(looks.silent):
-            lines.append(f"sensors that never answer: {', '.join(looks.named(looks.silent))}")
-        if len(looks.noisy):
-            lines.append(
-                f"sensors that scatter more than expected: {', '.join(looks.named(looks.noisy))}"
-            )
-        for words, zones in (
-            ("zones (row, column) that never answer", looks.silent_zones),
-            ("zones (row, column) that are blocked: clean or clear", looks.blocked_zones),
+        surprising = looks.surprising if mount is None and not done.cell_turned else []
+        for words, names, between in (
+            ("sensors that never answer", looks.named(looks.silent), ", "),
+            ("sensors that scatter more than expected", looks.named(looks.noisy), ", "),
+            ("zones (row, column) that never answer", looks.silent_zones, "; "),
+            ("zones (row, column) that are blocked: clean or clear", looks.blocked_zones, "; "),
+            ("sensors that differ from the expected reading", looks.named(surprising), ", "),
         ):
-            if zones:
-                lines.append(f"{words}: {'; '.join(zones)}")
-        if len(looks.surprising) and mount is None and not done.cell_turned:
-            lines.append(
-                "sensors that differ from the expected reading:"
-                f" {', '.join(looks.named(looks.surprising))}"
-            )
+            if names:
+                lines.append(f"{words}: {between.join(names)}")
     lines += _doubts(done)
     lines += [
         f"{setup.group_name(ring)}, by a hand: {fault}"
@@ -81,11 +74,8 @@ def differences(
     for one in coverage:
         lines += [f"{said} ({one.named})" for said in one.contradicted]
         if not one.agrees:
-            was = f"{one.measured_percent:.1f} % ({one.low_percent:.1f} to {one.high_percent:.1f})"
-            lines.append(
-                f"the rod was seen in {was} of {one.named}, predicted:"
-                f" {one.predicted_percent:.1f} %"
-            )
+            predicted = f"predicted: {one.predicted_percent:.1f} %"
+            lines.append(f"the rod was seen in {one.measured} of {one.named}, {predicted}")
     return lines
 
 

@@ -168,6 +168,12 @@ class CoverageModel(StrictModel):
         """The target."""
         return key_text(self.target, self.radius)
 
+    @property
+    def measured(self) -> str:
+        """The measured share with its interval."""
+        interval = f"{self.low_percent:.1f} to {self.high_percent:.1f}"
+        return f"{self.measured_percent:.1f} % ({interval})"
+
 
 class CheckResult(StrictModel):
     """Result of a check, as ``check --json`` prints it.

@@ -85,9 +85,7 @@ def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
                 "trial": len(rows) + i,
                 "target": plan.named,
                 "pose": int(plan.pose[i]),
-                **dict(
-                    zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)
-                ),
+                **{f"{a}_m": _number(v) for a, v in zip("xyz", plan.point[i], strict=True)},
                 "predicted_seen": int(plan.covered[i]),
                 "near_edge": int(plan.edge[i]),
                 "beyond_target": int(plan.beyond[i]),

@@ -2,6 +2,7 @@
 which see the robot.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,12 +110,12 @@ class SelfCheck:
             far = np.abs(distance - wanted) > _BODY + _SURE * self._deviation
         return np.asarray(far | (self._sees != np.isfinite(wanted)))
 
-    def named(self, which: Int[np.ndarray, " s"]) -> list[str]:
+    def named(self, which: Iterable[int]) -> list[str]:
         """Name sensors as ``sensor_names`` does."""
         return sensor_names(self.setup, which)
 
 
-def sensor_names(setup: Setup, which: Int[np.ndarray, " s"]) -> list[str]:
+def sensor_names(setup: Setup, which: Iterable[int]) -> list[str]:
     """Name sensors as ring:sensor, both counted from 0, and single sensors by their names."""
     names, rings = list[str](), len(setup.rings)
     for k in which:

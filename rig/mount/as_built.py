@@ -74,9 +74,8 @@ class AsBuilt:
         single[list(self.silent)] = False
         return np.concatenate([*alive, single])
 
-    def zeta(self, target: Target, verifier: Verifier | None = None) -> ZetaModel:
+    def zeta(self, target: Target, verifier: Verifier) -> ZetaModel:
         """Count ζ; ``verifier`` must be of the same scene."""
-        verifier = verifier or Verifier(self.scene)
         proposed, built = (verifier.verify(s, target).zeta for s in (self.proposed, self.setup))
         alive = built if self.alive.all() else float(exact_zetas(verifier, target, self._living)[0])
         name, radius = target.key
@@ -99,11 +98,10 @@ class AsBuilt:
             )
         ]
 
-    def toml(self, name: str, verifier: Verifier | None = None) -> str:
+    def toml(self, name: str, verifier: Verifier) -> str:
         """Return the setup as built as a proposal's file, with ζ of the scene's targets verified
         again, and with the findings as comments.
         """
-        verifier = verifier or Verifier(self.scene)
         zeta = [
             replace(verified.in_scene(name, self.scene), seconds=0.0)  # one file of one reading
             for verified in verifier.verify_goals(self.setup)

@@ -68,16 +68,13 @@ def fit_of(
 ) -> RingFitModel:
     """Describe the estimated mounting of a ring, beside the errors that were injected."""
     truth = None if injected is None or not fit.names else truth_of(fit, injected)
+    columns = [fit.values, fit.margins(), *([] if truth is None else [truth])]
     errors = []
-    for k, each in enumerate(zip(fit.names, fit.values, fit.margins(), strict=True)):
-        scale, unit = _SHOWN[each[0]]
-        was = None if truth is None else round(scale * float(truth[k]), _DIGITS)
-        keys = {"name": each[0], "unit": unit, "injected": was}
-        keys |= {
-            key: round(scale * float(v), _DIGITS)
-            for key, v in zip(("value", "margin"), each[1:], strict=True)
-        }
-        errors.append(ErrorModel.model_validate(keys))
+    for name, row in zip(fit.names, np.transpose(columns).tolist(), strict=True):
+        scale, unit = _SHOWN[name]
+        shown = dict(zip(("value", "margin", "injected"), row, strict=False))
+        shown = {key: round(scale * value, _DIGITS) for key, value in shown.items()}
+        errors.append(ErrorModel.model_validate({"name": name, "unit": unit, **shown}))
     differs, left = faults(fit, number), undetermined(fit)
     return RingFitModel(
         ring=number,
