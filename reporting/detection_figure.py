@@ -5,7 +5,6 @@ last.
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
@@ -16,7 +15,6 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.beams import Beams
-from ..coverage.solids.capsules import Capsules
 from ..simulation.detection import Approaches, turned
 from ..simulation.human import Bones
 from ..simulation.motion_samples import STEP, Moments
@@ -28,31 +26,6 @@ _GOOD, _BAD, _PERSON, _ASKED = COLOURS[2], COLOURS[1], "#3d4650", COLOURS[4]
 _ROBOT, _BEAM, _NEAR = "#9aa4ae", COLOURS[5], "#fbe6bf"
 _LEAST_VIEW = 2.8  # m, the view covers at least this to both sides of the base
 _GHOSTS = 0.5  # s, interval between drawn persons
-
-
-def beam_outline(cones: Beams, i: int, turn: float, flat: list[int]) -> Float[np.ndarray, "P 2"]:
-    """Return the outline of one beam in a projection.
-
-    Args:
-        cones: beams.
-        i: index of the beam.
-        turn: angle by which everything is first rotated about z, rad.
-        flat: indices of the two axes to project on.
-    """
-    return outline(turned(cones.surface(i, len(DISC))[0], turn)[:, flat])
-
-
-def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[np.ndarray]:
-    """Return the outlines of the robot's bodies in a projection.
-
-    Args:
-        bodies: capsules with a leading axis of poses.
-        at: index of the pose.
-        turn: angle by which everything is first rotated about z, rad.
-        flat: indices of the two axes to project on.
-    """
-    start, end = (turned(np.asarray(ends)[at], turn) for ends in (bodies.start, bodies.end))
-    return capsule_outlines(start, end, bodies.radius, flat)
 
 
 def last_reported(found: Approaches) -> list[int]:
@@ -177,12 +150,15 @@ def _robot(ax: Axes, m: Moments, at: int, cones: Beams, turn: float, flat: list[
     seen = [turned(p, turn) for p in (m.start[at], m.end[at])]
     near = capsule_outlines(seen[0], seen[1], m.radius + m.asked[at], flat)
     ax.add_collection(PolyCollection(near, facecolor=_NEAR, edgecolor=_NEAR, lw=0.5, zorder=0.5))
-    beams = [beam_outline(cones, i, turn, flat) for i in range(len(cones))]
+    beams = [
+        outline(turned(cones.surface(i, len(DISC))[0], turn)[:, flat]) for i in range(len(cones))
+    ]
     ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.16, lw=0, zorder=1))
     ax.add_collection(
         PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.5, lw=0.4, zorder=1.1)
     )
-    links = robot_outlines(m.bodies, at, turn, flat)
+    start, end = (turned(np.asarray(ends)[at], turn) for ends in (m.bodies.start, m.bodies.end))
+    links = capsule_outlines(start, end, m.bodies.radius, flat)
     ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
 
 

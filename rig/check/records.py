@@ -210,17 +210,15 @@ def mount_of(
 
 def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> CoverageModel:
     """Describe the trials in a target."""
-    plan, was, true, guess = rod.plan, check.injected, None, None
+    plan, was, scene, true, guess = rod.plan, check.injected, check.scene, None, None
     if was is not None or built is not None:
-        target = check.scene.target_named(plan.target, plan.target_radius)
-        where: Places = places(check.scene, target, plan.rod)
+        target = scene.target_named(plan.target, plan.target_radius)
+        place: Places = places(scene, target, plan.rod)
+        rule = (place, plan.rod, plan.detection)
         if built is not None:
-            guess = 100 * rod_zeta(
-                check.scene, built.setup, where, plan.rod, plan.detection, built.alive
-            )
+            guess = 100 * rod_zeta(scene, built.setup, *rule, built.alive)
         if was is not None:
-            mounted = was.world(check.scene).mounted
-            true = 100 * rod_zeta(check.scene, mounted, where, plan.rod, plan.detection, was.alive)
+            true = 100 * rod_zeta(scene, was.world(scene).mounted, *rule, was.alive)
     size = [2000 * plan.rod.radius, 1000 * (plan.rod.length + 2 * plan.rod.radius)]
     edge = [int((rod.tested & plan.edge & (plan.covered == c)).sum()) for c in (True, False)]
     return CoverageModel(
