@@ -3,11 +3,12 @@
 import textwrap
 from collections.abc import Mapping
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from manifold3d import Manifold, Mesh
+from matplotlib.figure import Figure
 
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
@@ -24,9 +25,6 @@ from .rendering.figures import add_bar, add_base_axes, png
 from .rendering.meshes import capsule_surfaces
 from .rendering.surface import Surface
 from .text import counted
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _SHADES = ((0.90, 0.49, 0.13), (0.98, 0.72, 0.38))
 _LINK, _LENS = (0.76, 0.79, 0.84), "#14532d"
@@ -176,11 +174,9 @@ def _number(view: Canvas, result: PrintResult, rings: list[Any], axes: list[Any]
         )
 
 
-def _side_by_side(views: list[Canvas], title: str, names: list[str]) -> "Figure":
+def _side_by_side(views: list[Canvas], title: str, names: list[str]) -> Figure:
     """Return a figure of several views on one scale, as large as its page allows, with the names of
     the rings below its title."""
-    from matplotlib.figure import Figure
-
     extents = np.array([view.extent() for view in views])  # (V, 2, 2), m
     size = np.ptp(extents, axis=1) + 2 * _MARGIN  # (V, 2), m
     high = size[:, 1].max() + _FOOT  # room for the scale bar

@@ -4,10 +4,15 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from scipy.spatial import KDTree
 
 from ..coverage.definitions.escaping import printable
@@ -29,10 +34,6 @@ from .rendering.figures import write_png
 from .rendering.meshes import body, convex_pieces
 from .rendering.robot import add_obstacles, add_robot, draw_room, with_obstacles
 from .text import counted
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
 VIEWS = (("oblique view", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0))
@@ -82,8 +83,6 @@ def _draw_seen(
 ) -> None:
     """Draw the outline of the target, of convex ``pieces``, and its far side in the colour of the
     nearest link that covers it."""
-    from matplotlib.collections import PolyCollection
-
     hulls = [canvas.hull(points) for points in pieces]
     # keep the outline of the edges
     for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):
@@ -218,8 +217,6 @@ def _draw(
         parts: parts of the line below the title.
         seed: random seed of the points that show uncovered volume.
     """
-    from matplotlib.figure import Figure
-
     robot, q, target = scene.robot, scene.poses[0].q, scene.targets[0].target
     solid, points = scene.solid(target, 0), scene.sample(target, 0, _SAMPLES, seed)
     pieces = convex_pieces(solid.a)
@@ -247,7 +244,7 @@ def _draw(
     write_png(path, figure)
 
 
-def _axes(figure: "Figure", left: float) -> "Axes":
+def _axes(figure: Figure, left: float) -> Axes:
     """Return axes for a view, in metres, whose left edge is at this share of the figure's width."""
     return figure.add_axes(
         (left, 0.085, 0.48, 0.765),
@@ -259,10 +256,8 @@ def _axes(figure: "Figure", left: float) -> "Axes":
     )
 
 
-def _add_key(figure: "Figure", scene: Scene, colour: dict[str, str]) -> None:
+def _add_key(figure: Figure, scene: Scene, colour: dict[str, str]) -> None:
     """Add the key of colours at the bottom of a figure, smaller if it is too wide."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
 
     def covered(link: str) -> str:
         return f"covered from the {'cell' if link == BASE_LINK else link.replace('_', ' ')}"

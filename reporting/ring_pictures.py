@@ -5,6 +5,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ..formats.printing.lids import flat_lid
 from ..formats.printing.primitives import union
@@ -17,8 +19,6 @@ from .rendering.figures import png
 
 if TYPE_CHECKING:
     from manifold3d import Manifold
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _BODY, _OTHER, _THIRD = (0.93, 0.62, 0.28), (0.98, 0.76, 0.46), (0.80, 0.48, 0.20)
 _BOARD, _METAL, _LINK = (0.16, 0.52, 0.38), (0.62, 0.64, 0.68), (0.80, 0.83, 0.88)
@@ -34,7 +34,7 @@ Place = tuple[float, float, float, float]
 Parts = list[tuple["Manifold", tuple[float, float, float]]]
 
 
-def _show(ax: "Axes", parts: Parts, eye: tuple[float, float], margin: float) -> Canvas:
+def _show(ax: Axes, parts: Parts, eye: tuple[float, float], margin: float) -> Canvas:
     """Draw solids in their colours; the coordinates of the axes are mm from the origin."""
     canvas = Canvas(ax, _ABOUT_ORIGIN, *eye)
     for solid, colour in parts:
@@ -49,7 +49,7 @@ def _show(ax: "Axes", parts: Parts, eye: tuple[float, float], margin: float) -> 
 
 
 def _dimension(
-    ax: "Axes",
+    ax: Axes,
     a: tuple[float, float],
     b: tuple[float, float],
     text: str,
@@ -69,8 +69,6 @@ def _dimension(
 
 def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
     """Return a PNG of a ring: the exploded parts, views with dimensions, and measured values."""
-    from matplotlib.figure import Figure
-
     strip = _STRIP if made.lids else 0.0
     figure = Figure(figsize=(13, _PAGE + strip), dpi=100, facecolor="white")
     parts: Parts = [*zip(made.parts, itertools.cycle((_BODY, _OTHER)))]
@@ -143,7 +141,7 @@ def _lines(record: PrintedRing) -> list[str]:
     ]
 
 
-def _draw_lid(figure: "Figure", plan: PrintPlan, lids: PrintedLids) -> None:
+def _draw_lid(figure: Figure, plan: PrintPlan, lids: PrintedLids) -> None:
     """Draw a lid as it is printed, and from its front, in the strip below a ring."""
     lid = flat_lid(plan)
     x0, y0, z0, x1, y1, z1 = lid.bounding_box()
@@ -167,8 +165,6 @@ def mounted_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> byt
 
     Arrows show the directions of the sensors.
     """
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(13, 6.6), dpi=100, facecolor="white")
     reach = 0.35 * plan.radius
     middle = (plan.low + plan.lug[1]) / 2

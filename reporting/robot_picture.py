@@ -7,6 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
 
 from ..coverage.robots.base_frame import frame_text
 from ..coverage.robots.joint_values import joint_text
@@ -35,7 +38,6 @@ def _surface(links: Sequence[FittedLink], frames: Any) -> Any:
 
 
 def _view(ax: Any, robot: Robot, skin: Any, box: Any, eye: tuple[float, float]) -> None:
-    from matplotlib.patches import Polygon
 
     frames = forward(robot.chain, robot.rest)
     canvas = Canvas(ax, box, *eye)
@@ -117,10 +119,6 @@ def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) ->
     Raises:
         UserError: if the file cannot be written; an existing file stays unchanged.
     """
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     frames = forward(robot.chain, robot.rest)
     skin = _surface(links, frames)
     reach = [np.zeros((1, 3)), frames[:, :3, 3], skin.reshape(-1, 3)]

@@ -5,16 +5,16 @@ through a text.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from ..coverage.electronics.bus_load import MOST_MA, MOST_PF, RISE_NS
 from ..coverage.electronics.ring_bus import BusSegment
 from ..formats.firmware.wiring import FIRST_MULTIPLEXER, RingWiring, address_pads
 from .plots import COLOURS, GREY, GRID, INK
 from .rendering.figures import png
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _WIDE, _PITCH, _MARGIN = 14.0, 0.27, 0.35
 _TITLE, _LINE = 0.75, 0.24  # height of the title, and of a line of text
@@ -46,7 +46,6 @@ class _Sheet:
         self.ax.text(x, y, text, **style)
 
     def box(self, xs: tuple[float, float], ys: tuple[float, float], **given: Any) -> None:
-        from matplotlib.patches import Rectangle
 
         style: dict[str, Any] = {"fc": "white", "ec": INK, "lw": 1.0} | given
         (left, right), (low, high) = xs, ys
@@ -62,10 +61,8 @@ def wiring_drawing(wiring: RingWiring) -> bytes:
     return png(wiring_figure(wiring))
 
 
-def wiring_figure(wiring: RingWiring) -> "Figure":
+def wiring_figure(wiring: RingWiring) -> Figure:
     """Return the drawing of a ring's wiring."""
-    from matplotlib.figure import Figure
-
     board = wiring.controller
     rows = max(len(board.left), len(board.right))
     left = rows * _PITCH + _LINE * (2.2 + len(wiring.parts))

@@ -24,9 +24,9 @@ from ..reporting.rendering.meshes import (
     faces_within,
     lengths_within,
     loops,
+    sharp_edges,
     tube,
 )
-from ..reporting.rendering.robot import sharp_edges
 from ..reporting.rendering.surface import Surface
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, WARNING, link_colours
 from .drawn_parts import DrawnParts, shown_cones

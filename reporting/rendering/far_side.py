@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.path import Path as Outline
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import ConvexHull, QhullError
 
@@ -30,8 +31,6 @@ def add_far_side(
         colours: function of points (P, 3) m on the surface that returns their colours (P, 3).
         zorder: order among the parts of the axes.
     """
-    from matplotlib.path import Path as Outline
-
     every = np.concatenate(hulls)
     low, high = every.min(axis=0), every.max(axis=0)
     pixel = float((high - low).max()) / _ACROSS
@@ -73,8 +72,6 @@ def _farthest(
 ) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, "P 3"]]:
     """Return the depth (P,) m at which each ray leaves the solid for good, infinite where it
     misses it, and the unit normal (P, 3) there."""
-    from matplotlib.path import Path as Outline
-
     depth, normal = np.full(len(xy), np.inf), np.zeros((len(xy), 3))
     near, far = canvas.unproject(xy, np.zeros(len(xy))), canvas.unproject(xy, -np.ones(len(xy)))
     way = (far - near).astype(np.float32)  # away from the eye, of depth 1

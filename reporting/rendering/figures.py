@@ -2,25 +2,22 @@
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from PIL import Image
 
 from ...coverage.definitions.escaping import printable_lines
 from ...formats.writing import write_bytes
 from ..plots import INK
 from .canvas import Canvas
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-
-def png(figure: "Figure") -> bytes:
+def png(figure: Figure) -> bytes:
     """Return the figure as a PNG, with texts shown verbatim in printable characters."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.text import Text
-    from PIL import Image
-
     for text in figure.findobj(Text):
         text.set_parse_math(False)  # show a dollar sign in a name verbatim
         text.set_text(printable_lines(text.get_text()))
@@ -33,7 +30,7 @@ def png(figure: "Figure") -> bytes:
     return data.getvalue()
 
 
-def write_png(path: Path, figure: "Figure") -> None:
+def write_png(path: Path, figure: Figure) -> None:
     """Write the figure as PNG atomically.
 
     Raises:

@@ -1,6 +1,7 @@
 """Meshes of solids: circles, balls, rods, capsules, cones, rings and hulls."""
 
 import itertools
+from collections import defaultdict
 from collections.abc import Callable
 from typing import Any
 
@@ -34,6 +35,7 @@ def _polygon(corners: int) -> Any:
 
 DISC, FINE_DISC = _polygon(48), _polygon(96)
 _UP = np.eye(3)[2]
+_FLAT = 0.98  # least cosine of the angle between faces that make no edge
 _THINNEST = 1e-4  # m, thinner parts of a polyhedron are not drawn
 
 
@@ -276,3 +278,21 @@ def convex_pieces(outer: Any) -> list[Any]:
         return [np.concatenate([ball(c, r, 21).reshape(-1, 3) for c in (a, b)]) for a, b, r in ends]
     discs = [circle(c, n, outer.radius) for c, n in zip(outer.centre, outer.normal, strict=True)]
     return [np.concatenate([discs[i], discs[i + 1]]) for i in outer.first]
+
+
+def sharp_edges(faces: Float[np.ndarray, "N 3 3"]) -> Float[np.ndarray, "E 2 3"]:
+    """Return the edges (E, 2, 3) m of a closed convex surface of triangles at which it bends."""
+    sides: dict[tuple[bytes, bytes], list[int]] = defaultdict(list)
+    ends: dict[tuple[bytes, bytes], np.ndarray] = {}
+    middle = faces.reshape(-1, 3).mean(axis=0) if len(faces) else np.zeros(3)
+    normal = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    normal *= np.where(((faces.mean(axis=1) - middle) * normal).sum(axis=1) < 0, -1, 1)[:, None]
+    for i, corners in enumerate(np.round(faces, 7) + 0.0):
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            keys = corners[a].tobytes(), corners[b].tobytes()
+            key = min(keys), max(keys)
+            sides[key].append(i)
+            ends[key] = corners[[a, b]]
+    sharp = [ends[key] for key, two in sides.items() if (normal[two] @ normal[two].T).min() < _FLAT]
+    return np.array(sharp).reshape(-1, 2, 3)

@@ -1,11 +1,11 @@
 """Robot and rings on a canvas."""
 
-from collections import defaultdict
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.collections import LineCollection
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.link_bodies import attached_at, carried_at, robot_capsules
@@ -25,6 +25,7 @@ from .meshes import (
     faces_within,
     loops,
     rod,
+    sharp_edges,
     tube,
 )
 
@@ -106,8 +107,6 @@ def draw_room(canvas: Canvas) -> None:
     """Draw the floor and the far walls of the box with a grid in metres of the base frame; from
     above, the floor only.
     """
-    from matplotlib.collections import LineCollection
-
     (low, high), walls = canvas.box, canvas.rotation[2, 2] < 0.99
     far = np.where(canvas.rotation[2] > 0, low, high)
     near, unit, step = (
@@ -155,7 +154,6 @@ def draw_room(canvas: Canvas) -> None:
 
 _ALPHA = 0.1  # opacity of the faces
 _WIDTH = 1.3  # points, width of the edges
-_FLAT = 0.98  # least cosine of the angle between faces that make no edge
 _NEAR = 0.3  # m; obstacles as near to what a picture shows are part of it
 
 
@@ -174,21 +172,3 @@ def add_obstacles(canvas: Canvas, scene: Scene) -> None:
         faces = faces_within(one.body, canvas.box)
         canvas.faces(faces, OBSTACLE, _ALPHA)
         canvas.lines(sharp_edges(faces), 0.72 * rgb(OBSTACLE), _WIDTH)
-
-
-def sharp_edges(faces: Float[np.ndarray, "N 3 3"]) -> Float[np.ndarray, "E 2 3"]:
-    """Return the edges (E, 2, 3) m of a closed convex surface of triangles at which it bends."""
-    sides: dict[tuple[bytes, bytes], list[int]] = defaultdict(list)
-    ends: dict[tuple[bytes, bytes], np.ndarray] = {}
-    middle = faces.reshape(-1, 3).mean(axis=0) if len(faces) else np.zeros(3)
-    normal = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    normal *= np.where(((faces.mean(axis=1) - middle) * normal).sum(axis=1) < 0, -1, 1)[:, None]
-    for i, corners in enumerate(np.round(faces, 7) + 0.0):
-        for a, b in ((0, 1), (1, 2), (2, 0)):
-            keys = corners[a].tobytes(), corners[b].tobytes()
-            key = min(keys), max(keys)
-            sides[key].append(i)
-            ends[key] = corners[[a, b]]
-    sharp = [ends[key] for key, two in sides.items() if (normal[two] @ normal[two].T).min() < _FLAT]
-    return np.array(sharp).reshape(-1, 2, 3)

@@ -5,6 +5,8 @@ from itertools import cycle
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from ...coverage.arrays import Array
 from ...coverage.rings.ring import Setup
@@ -128,9 +130,6 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind) -> None:
     Raises:
         UserError: if the file cannot be written.
     """
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
-
     pose = blind.spots[0].pose
     spots = {i: spot for i, spot in enumerate(blind.spots) if spot.pose == pose}
     frames = forward(scene.robot.chain, scene.poses[pose].q)

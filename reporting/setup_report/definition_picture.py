@@ -7,6 +7,10 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
@@ -71,8 +75,6 @@ def definition_picture(path: Path, scene: Scene, setup: Setup) -> None:
     Raises:
         UserError: if the file cannot be written.
     """
-    from matplotlib.figure import Figure
-
     frames = np.asarray(forward(scene.robot.chain, scene.poses[0].q))
     origins = np.vstack([np.zeros(3), frames[:, :3, 3]])
     along, through = _along(origins), origins.mean(axis=0) * [1, 1, 0]
@@ -120,8 +122,6 @@ def _direction(along: Float[np.ndarray, " 3"], scene: Scene) -> str:
 
 def _outline(ax: Any, scene: Scene, frames: Any, along: Any, through: Any) -> None:
     """Draw the robot's bodies as seen from the side, or the line of its joints if it has none."""
-    from matplotlib.collections import PolyCollection
-
     if not scene.robot.bodies:
         origins = np.vstack([np.zeros(3), frames[:, :3, 3]]) - through
         ax.plot(origins @ along, origins[:, 2], "-o", color=_ROBOT, lw=4, ms=8, zorder=4)
@@ -157,9 +157,6 @@ def _paint(ax: Any, u: Any, z: Any, fields: dict[str, Any]) -> None:
 
 def _legend(figure: Any, scene: Scene) -> None:
     """Add the key of colours below the section."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     target = scene.targets[0].target
     dot: dict[str, Any] = {"ls": "", "marker": "o", "ms": 4, "mfc": "white", "mec": INK}
     keys = [

@@ -6,6 +6,9 @@ import math
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
+
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.robots.robot import Mount
@@ -51,8 +54,6 @@ def mounting_drawing(path: Path, scene: Scene, setup: Setup, link: str) -> None:
     Raises:
         UserError: if the file cannot be written.
     """
-    from matplotlib.figure import Figure
-
     numbers, mount = ringed_links(setup)[link], scene.robot.mount(link)
     rings = {n: setup.rings[n] for n in numbers}
     lines = len(rings) + 1 if mount.length > 0 else 0
@@ -76,8 +77,6 @@ def mounting_drawing(path: Path, scene: Scene, setup: Setup, link: str) -> None:
 
 def _side_view(ax: Any, scene: Scene, mount: Mount, rings: dict[int, Ring], colour: str) -> None:
     """Draw the link from the side, proximal end on the left, with its rings and dimensions, mm."""
-    from matplotlib.patches import Rectangle
-
     long, section = _MM * mount.length, _MM * max(surrounded(scene.robot, mount.link), _SMALLEST)
     largest = _MM * max(ring.radius for ring in rings.values())
     half = 0.009 * long
@@ -111,8 +110,6 @@ def _ring(
     ax: Any, x: float, radius: float, half: float, tilt: float, beam: float, colour: str
 ) -> None:
     """Draw a ring from the side, with a beam above and below it."""
-    from matplotlib.patches import Rectangle
-
     corner, edge = (x - half, -radius), tuple(0.8 * rgb(colour))
     ax.add_patch(Rectangle(corner, 2 * half, 2 * radius, fc=colour, ec=edge, lw=0.8))
     for sign in (-1.0, 1.0):
@@ -132,8 +129,6 @@ def _dimension(ax: Any, x: float, y: float, start: float, text: str) -> None:
 
 def _dial(ax: Any, mount: Mount, number: int, ring: Ring, section: float, colour: str) -> None:
     """Draw the sensors of a ring about its link, seen from the distal end."""
-    from matplotlib.patches import Circle
-
     ax.add_patch(Circle((0, 0), max(section, _SMALLEST) / ring.radius, fc=_LINK_FACE, ec=GREY))
     ax.add_patch(Circle((0, 0), 1.0, fc="none", ec=tuple(0.8 * rgb(colour)), lw=1.6))
     ax.plot((0, 1.62), (0, 0), color=GREY, lw=0.9, ls=(0, (5, 3)))

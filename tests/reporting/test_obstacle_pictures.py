@@ -5,8 +5,8 @@ import place_rings as pr
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.reporting.rendering.canvas import Canvas
-from place_rings.reporting.rendering.meshes import faces_within
-from place_rings.reporting.rendering.robot import add_obstacles, sharp_edges, with_obstacles
+from place_rings.reporting.rendering.meshes import faces_within, sharp_edges
+from place_rings.reporting.rendering.robot import add_obstacles, with_obstacles
 
 BOX = np.array([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]])
 ROOM = 3.0 * BOX
