@@ -5,6 +5,7 @@ and that point is in the beam too, and nearer, so nothing can occlude it. The di
 the minimum over all bodies, taken one by one.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -26,7 +27,7 @@ from ...coverage.solids.cones import around
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.segments import point_to_segment
 from ...objectives.scene import Scene
-from .ray_fan import nearest_by_rays, ray_to_capsule, ray_to_polyhedron
+from .ray_fan import Hit, ball_around, hit_capsules, hit_polyhedron, nearest_by_rays
 
 NOTHING, ROBOT, CELL, ROD = -1, 0, 1, 2  # what a sensor reads
 _FEW, _MANY = 1 << 9, 1 << 12  # pairs of beam and capsule per batch: two compilations
@@ -113,23 +114,10 @@ def _to_carried(
 
 def to_body(beams: Beams, body: Polyhedron) -> Float[np.ndarray, " R"]:
     """Return the same for one body."""
-    found = np.full(len(beams), np.inf)
-    near: np.ndarray = np.arange(len(beams))
-    if len(body.edges):
-        corners = body.edges.reshape(-1, 3)
-        middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-        near = np.flatnonzero(
-            outside(beams, middle) <= np.linalg.norm(corners - middle, axis=1).max() + _NEAR
-        )
-    some = only(beams, near)
-    rays, distance = some.by_rays(), np.full(len(near), np.inf)
-    if not rays.all():
-        looks = Beam(*(np.asarray(getattr(some, key))[~rays] for key in Beam._fields))
-        distance[~rays] = polyhedron_in_beam(looks, body)
-    if rays.any():
-        distance[rays] = nearest_by_rays(
-            only(some, rays), lambda row, origin, way: ray_to_polyhedron(origin, way, body)
-        )
+    middle, size = ball_around(body)
+    near = np.flatnonzero(outside(beams, middle) <= size + _NEAR)
+    some, found = only(beams, near), np.full(len(beams), np.inf)
+    distance = _nearest(some, lambda cones: polyhedron_in_beam(cones, body), hit_polyhedron(body))
     distance[body(some.apex) <= 0] = 0.0
     found[near] = distance
     return found
@@ -174,19 +162,26 @@ def in_beams(
     radius: Float[np.ndarray, " R"],
 ) -> Float[np.ndarray, " R"]:
     """Return the distance (R,) m of capsule r in beam r; infinite if the beam misses it."""
+    rays, bodies = beams.by_rays(), (start, end, radius)
+    beside = tuple(a[~rays] for a in bodies)
+    size = _FEW if len(beside[0]) <= 2 * _FEW else _MANY
+    return _nearest(
+        beams,
+        lambda cones: slabs(_capsules, (*cones, *beside), size=size),
+        hit_capsules(*(a[rays] for a in bodies)),
+    )
+
+
+def _nearest(
+    beams: Beams, in_cones: Callable[[Beam], np.ndarray], hit: Hit
+) -> Float[np.ndarray, " R"]:
+    """Return the distance (R,) m of bodies in beams, by one test for the cones among them, and one
+    for beams that rays measure."""
     rays, found = beams.by_rays(), np.full(len(beams), np.inf)
     if not rays.all():
-        r = ~rays
-        rows = (beams.apex, beams.axis, beams.half_angle, beams.range_m, start, end, radius)
-        found[r] = slabs(
-            _capsules, tuple(a[r] for a in rows), size=_FEW if r.sum() <= 2 * _FEW else _MANY
-        )
+        looks = Beam(*(np.asarray(getattr(beams, key))[~rays] for key in Beam._fields))
+        found[~rays] = in_cones(looks)
     if rays.any():
-        a, b, thick = start[rays], end[rays], radius[rays]
-
-        def hit(row: Any, origin: Any, way: Any) -> Any:
-            return ray_to_capsule(origin, way, a[row, None], b[row, None], thick[row, None])
-
         found[rays] = nearest_by_rays(only(beams, rays), hit)
     return found
 

@@ -7,6 +7,7 @@ between two rays (2.4 cm at 1 m in a beam of 45 degrees). Finer fans around the 
 determine the distance to a fraction of a millimetre.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -55,13 +56,41 @@ def ray_to_polyhedron(origin: Any, direction: Any, body: Polyhedron) -> Any:
     return np.where(enter <= leave, enter, np.inf)
 
 
-def nearest_by_rays(beams: Beams, hit: Any) -> Float[np.ndarray, " R"]:
+Hit = Callable[[Any, Any, Any], Any]
+"""Maps rows (B,) of beams, origins (B, 1, 3) and unit rays (B, N, 3) to the distances (B, N) m at
+which a body begins."""
+
+
+def hit_capsules(
+    start: Float[np.ndarray, "R 3"], end: Float[np.ndarray, "R 3"], radius: Float[np.ndarray, " R"]
+) -> Hit:
+    """Return the test of capsules, one for each row."""
+    return lambda row, origin, way: ray_to_capsule(
+        origin, way, start[row, None], end[row, None], radius[row, None]
+    )
+
+
+def hit_polyhedron(body: Polyhedron) -> Hit:
+    """Return the test of a polyhedron, the same for all rows."""
+    return lambda row, origin, way: ray_to_polyhedron(origin, way, body)
+
+
+def ball_around(body: Polyhedron) -> tuple[Float[np.ndarray, " 3"], float]:
+    """Return centre (3,) and radius, m, of a ball around a polyhedron; infinite for a
+    half-space."""
+    if not len(body.edges):
+        return np.zeros(3), np.inf
+    corners = body.edges.reshape(-1, 3)
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    return middle, float(np.linalg.norm(corners - middle, axis=1).max())
+
+
+def nearest_by_rays(beams: Beams, hit: Hit) -> Float[np.ndarray, " R"]:
     """Return the distance (R,) m of the first hit in each of R beams, infinite without one.
 
     Args:
         beams: R of them.
-        hit: maps rows (B,), origins (B, 1, 3) and unit directions (B, N, 3) to distances (B, N) m
-            of the body.
+        hit: test of the body.
     """
     found = np.full(len(beams), np.inf)
     for first in range(0, len(beams), _AT_ONCE):

@@ -6,7 +6,7 @@ measures each: its first target is the nearest ray, as the first return of a who
 are at ``SEPARATION`` at least, or count as one target.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -18,19 +18,15 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ...coverage.solids.beams import Beams
 from ...coverage.solids.capsules import Capsules
-from ...coverage.solids.polyhedra import Polyhedron
 from ...objectives.scene import Scene
 from .expected import beams_at, only, outside
-from .ray_fan import ray_to_capsule, ray_to_polyhedron
+from .ray_fan import Hit, ball_around, hit_capsules, hit_polyhedron, ray_to_capsule
 from .zone_grid import zone_grid
 
 SEPARATION = 0.6  # m between two targets of a zone (ST, UM2884, for the VL53L5CX)
 _STEPS = 4  # between the rays of a zone, along a side
 _AT_ONCE = 1 << 7  # beams
 _NEAR = 1e-6  # m
-
-# rows of beams, their origins (B, 1, 3) and unit rays (B, N, 3), to distances (B, N) m
-_Hit = Callable[[Any, Any, Any], Any]
 
 
 def expected_zones(
@@ -144,43 +140,23 @@ def _targets(
 
 def _bodies(
     scene: Scene, poses: Float[np.ndarray, "T J"], of: np.ndarray, rod: Capsules | None
-) -> Iterator[tuple[Any, Any, _Hit]]:
+) -> Iterator[tuple[Any, Any, Hit]]:
     """Yield the bodies at the pose ``of`` (B,) each beam: centre (3,) or (B, 3) m and radius () or
     (B,) m of a ball around it, and its test.
     """
     for obstacle in scene.obstacles:
-        yield _polyhedron(obstacle.body)
+        yield *ball_around(obstacle.body), hit_polyhedron(obstacle.body)
     carried = [] if rod is None else [rod]
     if scene.robot.bodies:
         carried.append(robot_capsules(scene.robot, forward(scene.robot.chain, poses)))
     for some in carried:
-        start, end, radius = (np.asarray(a) for a in some.arrays())
+        starts, ends, radius = (np.asarray(a) for a in some.arrays())
         for m, thick in enumerate(radius):
-            yield _capsule(start[of, m], end[of, m], float(thick))
+            start, end = starts[of, m], ends[of, m]
+            size = np.linalg.norm(end - start, axis=1) / 2 + thick
+            yield (start + end) / 2, size, hit_capsules(start, end, np.full(len(of), thick))
     if scene.robot.carried:
         for pose in np.unique(of):
             for body in carried_polyhedra(scene.robot, poses[pose]):
-                middle, size, hit = _polyhedron(body)
-                yield middle, np.where(of == pose, size, -np.inf), hit
-
-
-def _capsule(
-    start: Float[np.ndarray, "B 3"], end: Float[np.ndarray, "B 3"], radius: float
-) -> tuple[Any, Any, _Hit]:
-    size = np.linalg.norm(end - start, axis=1) / 2 + radius
-
-    def hit(row: Any, origin: Any, way: Any) -> Any:
-        return ray_to_capsule(origin, way, start[row, None], end[row, None], radius)
-
-    return (start + end) / 2, size, hit
-
-
-def _polyhedron(body: Polyhedron) -> tuple[Any, Any, _Hit]:
-    def hit(row: Any, origin: Any, way: Any) -> Any:
-        return ray_to_polyhedron(origin, way, body)
-
-    if not len(body.edges):
-        return np.zeros(3), np.inf, hit
-    corners = body.edges.reshape(-1, 3)
-    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    return middle, float(np.linalg.norm(corners - middle, axis=1).max()), hit
+                middle, radius = ball_around(body)
+                yield middle, np.where(of == pose, radius, -np.inf), hit_polyhedron(body)

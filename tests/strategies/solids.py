@@ -154,11 +154,6 @@ def padded(cones: Cones, number: int) -> Cones:
     return Cones(*(np.concatenate(pair) for pair in pairs))
 
 
-def padded_cones(number: int, least: int = 1) -> st.SearchStrategy[Cones]:
-    """From ``least`` to ``number`` cones that see, and ``number`` in all: JAX compiles once."""
-    return st.builds(padded, some_cones(least, number), st.just(number))
-
-
 def some_beams(
     round_beams: int, pyramids: int, extent: int = 300, range_mm: tuple[int, int] = (300, 800)
 ) -> st.SearchStrategy[MixedBeams]:
