@@ -1,6 +1,8 @@
 """Catalogues of commercial sensors and built-in robots."""
 
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+from typing import TypeVar
 
 from ._errors import InputError
 from .coverage.robots.built_in import ROBOTS
@@ -9,8 +11,35 @@ from .coverage.sensors.catalogue import MODELS
 from .coverage.sensors.effective_range import Use
 from .coverage.sensors.sensor import Sensor, effective
 
+T = TypeVar("T")
 
-class SensorCatalogue(Mapping[str, Sensor]):
+
+class _Catalogue(Mapping[str, T]):
+    """Values by name."""
+
+    _kind: str
+    _known: Mapping[str, object]
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self._known:
+            raise KeyError(f"unknown {self._kind} {name!r}; known: {', '.join(self)}")
+        return self._of(name)
+
+    @abstractmethod
+    def _of(self, name: str) -> T:
+        """Return the value of a name that is known."""
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} {self._kind}s: {', '.join(self)}>"
+
+
+class SensorCatalogue(_Catalogue[Sensor]):
     """Commercial sensors by name, with beam, zones and range from their datasheets.
 
     Example:
@@ -21,19 +50,10 @@ class SensorCatalogue(Mapping[str, Sensor]):
         True
     """
 
-    def __getitem__(self, name: str) -> Sensor:
-        if name not in MODELS:
-            raise KeyError(f"unknown sensor {name!r}; known: {', '.join(MODELS)}")
+    _kind, _known = "sensor", MODELS
+
+    def _of(self, name: str) -> Sensor:
         return effective(Use(name)).sensor
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(MODELS)
-
-    def __len__(self) -> int:
-        return len(MODELS)
-
-    def __repr__(self) -> str:
-        return f"<{len(self)} sensors: {', '.join(self)}>"
 
     def under(
         self,
@@ -76,7 +96,7 @@ class SensorCatalogue(Mapping[str, Sensor]):
             raise InputError(str(error).removeprefix("Use: "), "sensor", use.name) from error
 
 
-class RobotCatalogue(Mapping[str, Robot]):
+class RobotCatalogue(_Catalogue[Robot]):
     """Built-in robots by name; ``load`` reads other robots from files.
 
     Example:
@@ -85,19 +105,10 @@ class RobotCatalogue(Mapping[str, Robot]):
         ('upper_arm', 'forearm', 'tool')
     """
 
-    def __getitem__(self, name: str) -> Robot:
-        if name not in ROBOTS:
-            raise KeyError(f"unknown robot {name!r}; known: {', '.join(ROBOTS)}")
+    _kind, _known = "robot", ROBOTS
+
+    def _of(self, name: str) -> Robot:
         return ROBOTS[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(ROBOTS)
-
-    def __len__(self) -> int:
-        return len(ROBOTS)
-
-    def __repr__(self) -> str:
-        return f"<{len(self)} robots: {', '.join(self)}>"
 
 
 sensors = SensorCatalogue()

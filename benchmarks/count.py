@@ -16,8 +16,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import occlusion
+import trimesh
 from common import BALL, HALF_ANGLE, RANGE, absent, cone_task, installed, medians, say, table
-from meshes import cone_mesh, mesh_share
+from meshes import mesh_share
 from monte_carlo import estimate
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.solids.cones import Cones
@@ -175,11 +176,13 @@ def by_open3d(cones: Cones, voxel: float) -> tuple[int, int]:
     p = lattice(voxel)
     query, seen = open3d.core.Tensor(p.astype(np.float32)), np.zeros(len(p), bool)
     for apex, axis in zip(cones.apex, cones.axis, strict=True):
-        corners, triangles = cone_mesh(apex, axis, RANGE, RANGE * math.tan(HALF_ANGLE), 64)
+        T = trimesh.geometry.align_vectors([0, 0, 1], -axis)
+        T[:3, 3] = apex + RANGE * axis  # the centre of the base
+        mesh = trimesh.creation.cone(RANGE * math.tan(HALF_ANGLE), RANGE, sections=64, transform=T)
         scene = open3d.t.geometry.RaycastingScene()
         scene.add_triangles(
-            open3d.core.Tensor(corners.astype(np.float32)),
-            open3d.core.Tensor(triangles.astype(np.uint32)),
+            open3d.core.Tensor(mesh.vertices.astype(np.float32)),
+            open3d.core.Tensor(mesh.faces.astype(np.uint32)),
         )
         seen |= scene.compute_occupancy(query).numpy() > 0
     return len(p), int(seen.sum())

@@ -1,7 +1,6 @@
 """Polygon meshes of cones, and their union inside a ball, for peers that need meshes."""
 
 import math
-from typing import Any
 
 import numpy as np
 from place_rings.coverage.solids.cones import Cones
@@ -11,31 +10,6 @@ def _frame(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     across /= np.linalg.norm(across)
     return across, np.cross(axis, across)
-
-
-def cone_mesh(
-    apex: Any, axis: Any, height: float, radius: float, sides: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return a closed cone.
-
-    Args:
-        apex: apex (3,) m.
-        axis: unit axis (3,).
-        height: height, m.
-        radius: radius of the base's corners, m.
-        sides: number of sides.
-
-    Returns:
-        Corners (sides + 2, 3) m, and triangles (2 sides, 3).
-    """
-    u, v = _frame(axis)
-    turn = np.arange(sides) * 2 * math.pi / sides
-    rim = apex + height * axis + radius * (np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v)
-    i = np.arange(sides) + 2
-    j = np.roll(i, -1)
-    side = np.column_stack([np.zeros(sides, int), j, i])
-    base = np.column_stack([np.ones(sides, int), i, j])
-    return np.vstack([apex, apex + height * axis, rim]), np.vstack([side, base])
 
 
 def mesh_share(

@@ -3,7 +3,7 @@
 import math
 import threading
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import viser
@@ -110,28 +110,24 @@ class RingHandles:
 
     def _add(self, root: str, radius: float, movable: bool) -> None:
         self._root = root, radius, movable
-        scale = _LARGER * 2 * radius
-        self._around = self._scene.add_transform_controls(
-            f"{root}/around",
-            scale,
-            active_axes=(True, True, False),
-            disable_axes=True,
-            disable_sliders=True,
-            depth_test=False,
-            opacity=0.6,
-        )
-        self._follow(self._around, self._moved_around)
-        if movable:
-            self._along = self._scene.add_transform_controls(
-                f"{root}/along",
-                scale,
-                active_axes=(False, False, True),
+
+        def add(name: str, axes: tuple[bool, bool, bool], moved: Any, **more: bool) -> Any:
+            handle = self._scene.add_transform_controls(
+                f"{root}/{name}",
+                _LARGER * 2 * radius,
+                active_axes=axes,
                 disable_sliders=True,
-                disable_rotations=True,
                 depth_test=False,
                 opacity=0.6,
+                **more,
             )
-            self._follow(self._along, self._moved_along)
+            self._follow(handle, moved)
+            return handle
+
+        turned, along = self._moved_around, self._moved_along
+        self._around = add("around", (True, True, False), turned, disable_axes=True)
+        if movable:
+            self._along = add("along", (False, False, True), along, disable_rotations=True)
 
     def _follow(
         self, handle: viser.TransformControlsHandle, moved: Callable[[_Pose], None]

@@ -1,8 +1,10 @@
 """The command safety."""
 
+import shlex
+import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -12,6 +14,13 @@ from ..options.common import Json, PaperOption, RobotOption, SceneFileOption, Su
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions
 from ..options.offered import offering
 from ..options.reading import AS_WRITTEN, ReadingOptions
+
+if TYPE_CHECKING:
+    from ...simulation.safety import SafetyResult
+
+# default reflectance: the darkest with a stated range for the most common sensor
+DARK_TARGET = 0.17
+TORSO = "0.45x0.7"  # m, width and height of a person
 
 
 @offering()
@@ -49,12 +58,15 @@ def safety(
 
     ``place-rings --help`` explains the terms.
     """
+    from place_rings._safety import safety as simulated
     from place_rings._trajectory import Trajectory
     from place_rings._validation import ResolvedSetup
 
+    from ...coverage.definitions.definition import json_of
+    from ...formats.writing import made_folder
+    from ...reporting.progress import ProgressBar
+    from ...reporting.terminal import Terminal, say_json
     from ..options.scenes import scene_for
-    from ..runs.safety import DARK_TARGET, TORSO
-    from ..runs.safety import safety as run
 
     if sensing.sensor is not None:
         reflectance = DARK_TARGET if sensing.reflectance is None else sensing.reflectance
@@ -64,11 +76,65 @@ def safety(
     setup, where = sensing.resolve(subject, scene_for(subject, scene, robot, paper, reading))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: allowed only with --trajectory FILE; add it")
-    path = motion.trajectory
-    run(
-        ResolvedSetup(subject, setup, where),
-        None if path is None else Trajectory(None, None, path=path, degrees=motion.degrees),
-        options,
-        out,
-        as_json,
+    path, bar = motion.trajectory, ProgressBar(Terminal(stderr=True))
+    with made_folder(out) as folder:
+        with bar:
+            task = bar.add_task("simulating approaches", total=None)
+            report = simulated(
+                ResolvedSetup(subject, setup, where),
+                trajectory=path and Trajectory(None, None, path=path, degrees=motion.degrees),
+                progress=lambda done, total: bar.update(task, completed=done, total=total),
+                **vars(options),
+            )
+        replace(report, command=shlex.join(["place-rings", *sys.argv[1:]])).save(folder)
+    if as_json:
+        say_json(json_of(report.record))
+    else:
+        _show(report.record, folder)
+
+
+def _show(r: "SafetyResult", folder: Path) -> None:
+    """Print the shares, and the files."""
+    from place_rings._safety import FILES
+
+    from ...reporting.lines.results import formula, sensor_lines
+    from ...reporting.terminal import Terminal
+
+    say, share = Terminal().lines, r.in_time
+
+    say(
+        f"{r.setup}: {100 * share.share:.1f} % of {r.approaches} approaches are reported in time"
+        f" (95 % interval {100 * share.low:.1f} to {100 * share.high:.1f}); {r.never_reported} are"
+        " not reported before contact."
     )
+    say(
+        f"Separation distance at the fastest part: {formula(r.separation)} (ISO/TS 15066). The"
+        f" smallest S is {r.separation.least_m:.2f} m."
+    )
+    if r.range_m < r.range_needed_m:
+        say(
+            f"The range of the sensors is too short: it is {r.range_m:.2f} m, but"
+            f" {r.range_needed_m:.2f} m are needed. It suffices during"
+            f" {100 * r.range_suffices:.0f} % of the motion."
+        )
+    if r.if_far_enough is not None:
+        say(
+            f"With the same beams and a range of {r.range_needed_m:.2f} m,"
+            f" {100 * r.if_far_enough.share:.1f} % would be reported in time."
+        )
+    if not r.separation.speeds_known:
+        say(
+            f"No joint speeds are known, so every part is assumed to move at"
+            f" {r.separation.fastest_m_s:g} m/s. Pass --trajectory."
+        )
+    say(
+        "These people walk in. For hands close to the robot and its tool, search rings with"
+        " --target V_N:0.3 (place-rings --help)."
+    )
+    say(*sensor_lines(r.sensors))
+    if not r.sensors:
+        say(
+            "The sensor is not in the catalogue, so its nominal range is used for any target and"
+            " light. Pass --sensor."
+        )
+    say(r.disclaimer, *(f"  {folder / name}" for name in FILES))

@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import re
 
 import pytest
 
@@ -29,14 +30,88 @@ ERRORS = {  # words of a command: what the line names
     "report nothing": ("nothing", ".toml"),
     "check n2_16_25": ("check", "--rig sim", "--robot-host", "--replay"),
 }
+FLOORS = {  # a floor: what its refusal names
+    "V_Q=50": "V_Q",
+    "V_S:0.1=50": "0.15",
+    "V_S=50": "V_S:0.5=50",
+    "V_N=50": "V_N:0.5=50",
+    "V_O=101": "101",
+    "V_O": '"V_O"',
+    "V_S:1.5=60 --at-least V_S:1.5=40": "V_S:1.5=40",
+}
+ERRORS |= {
+    f"--at-least {floor}": ("place-rings: --at-least", part) for floor, part in FLOORS.items()
+}
+REFUSED = """
+--target V_X
+--target V_S:0.5 --robot r2d2
+--target V_S --radius -0.5
+--target V_S --radius nan
+--target V_S --radius 0.15
+--target V_S:0.1
+--target V_N:0
+--target V_O --radius 0.3
+--radius 0.5
+--target V_S:0.5=0
+--target V_S:0.5:3
+--sensors-per-ring 0
+--rings-per-link 0
+--tagret V_S
+--time 0
+--voxel 1e-6
+--voxel 10
+--voxel -1
+--out /proc/nowhere
+--scene absent.toml
+--sensor vl53l1x --ambient 300kcps
+--sensor vl53l1x --target-size 0.1
+--redundancy 0
+--direction-error-deg 1
+--target V_S:0.5 --at-least V_S:1.5=40 --losing ring
+--losing ring --redundancy 2
+--sensors 12 --rings-per-link 3
+--reach 50 --sensors-per-ring 8
+verify n7_1_1 --target V_O
+verify n2_16_25 --rule guess
+verify n2_16_25 --voxel 1e-7
+verify n2_16_25 --sensor eye
+verify n2_16_25 --ambient 50kcps
+safety n2_16_25 --approaches 0
+safety n2_16_25 --degrees
+safety n2_16_25 --trajectory absent.csv
+robustness n2_16_25 --draws 0
+robustness n2_16_25 --k 0
+robustness n2_16_25 --position-error-mm=-1
+robustness n2_16_25 --direction-error-deg nan
+robustness n2_16_25 --law murphy
+robustness n9_1_1
+robustness n2_16_25 --voxel 1e-7
+report n9_1_1
+report n2_16_25 --draws 0
+report n2_16_25 --voxel 1e-7
+study paper --workers 0
+study paper --workers 2 --scheduler tcp://127.0.0.1:8786
+study paper --scheduler here
+study bound --sensors 40
+study gap --quick
+study convergence --seed 3
+study pareto --target V_O --target V_O
+study pareto --target V_S:0.5=0.6 --target V_O
+study pareto --target V_S:0.1 --target V_O
+study pareto --scene absent.toml
+""".strip().splitlines()
 
 
-@pytest.mark.parametrize(("words", "parts"), ERRORS.items())
-def test_a_wrong_command_is_one_line_that_helps(run, tmp_path, words, parts):
+@pytest.mark.parametrize("words", [*ERRORS, *REFUSED])
+def test_a_wrong_command_is_one_line_that_helps(run, tmp_path, words):
+    """It names what the table says, or else a word that was given."""
+    parts = ERRORS.get(words, ())
     code, out, err = run(*words.split())
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert err.startswith("place-rings: ")
     assert [part for part in parts if part not in err] == [], err
+    asked = set(re.split("[ =:]", words)) - {"verify", "robustness", "report", "study"}
+    assert parts or [word for word in asked if word in err]
     assert not list(tmp_path.iterdir())
 
 

@@ -1,9 +1,17 @@
-"""Pictures of voxels: the faces that are drawn, and which of them is seen."""
+"""Voxels, the far side of a solid, and obstacles in pictures."""
 
 import numpy as np
+import place_rings as pr
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.figure import Figure
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.reporting.rendering.canvas import Canvas
+from place_rings.reporting.rendering.far_side import _farthest, add_far_side
+from place_rings.reporting.rendering.meshes import convex_pieces, faces_within, sharp_edges
+from place_rings.reporting.rendering.robot import add_obstacles, with_obstacles
 from place_rings.reporting.rendering.voxels import add_skin, skin, voxel_set
 
 SIDE = 0.25
@@ -101,3 +109,98 @@ def test_an_empty_set_adds_nothing():
     assert s.faces == 0
     add_skin(canvas, s, (0.0, 0.45, 0.7))
     assert canvas.extent() is None
+
+
+CORNERS = np.array([[0.0, 0, 0], [0.6, 0.2, 0.5], [1.0, -0.3, 0.1]])
+OUTER = Capsules(CORNERS[:-1], CORNERS[1:], np.array([0.3, 0.2]))
+BOX = np.array([[-0.4, -0.6, -0.4], [1.3, 0.6, 0.9]])
+
+
+def view(diagonals):
+    figure = Figure(figsize=(4, 3))
+    return Canvas(figure.add_axes((0, 0, 1, 1), aspect="equal"), BOX, -58.0, 22.0, diagonals)
+
+
+@pytest.mark.parametrize("diagonals", [4.0, np.inf])
+def test_points_project_to_where_they_come_from(diagonals):
+    canvas, points = view(diagonals), np.random.default_rng(1).uniform(*BOX, (50, 3))
+    np.testing.assert_allclose(canvas.unproject(*canvas.project(points)), points, atol=1e-12)
+
+
+@pytest.mark.parametrize("diagonals", [4.0, np.inf])
+def test_rays_leave_where_the_implicit_function_says(diagonals):
+    """To what the corners of the pieces cut off its round surface."""
+    canvas, pieces = view(diagonals), convex_pieces(OUTER)
+    xy = np.random.default_rng(2).uniform([-0.9, -0.6], [0.9, 0.6], (300, 2))
+    depth, normal = _farthest(canvas, pieces, [canvas.hull(p) for p in pieces], xy)
+    along = np.linspace(-1.2, 1.2, 2401)
+    rays = canvas.unproject(np.repeat(xy[:, None], 2401, axis=1), np.tile(along, (300, 1)))
+    value = OUTER(rays.reshape(-1, 3)).reshape(rays.shape[:2])
+    inside = value <= 0
+    clear = value.min(axis=1) < -0.05
+    right = along[inside.argmax(axis=1)]
+    assert np.isfinite(depth[clear]).all()
+    assert not np.isfinite(depth[~inside.any(axis=1)]).any()
+    assert clear.sum() > 50
+    np.testing.assert_allclose(depth[clear], right[clear], atol=0.03)
+    away = canvas.unproject(xy, -np.ones(300)) - canvas.unproject(xy, np.zeros(300))
+    assert ((normal * away).sum(axis=1)[clear] > 0).all()
+
+
+def test_the_image_keeps_the_view_and_shows_each_colour():
+    canvas, pieces = view(4.0), convex_pieces(OUTER)
+    canvas.ax.plot([-2, 2], [-1, 1])
+    before = canvas.ax.get_xlim(), canvas.ax.get_ylim()
+
+    def colours(points):
+        return np.where(points[:, :1] > 0.5, [[1.0, 0, 0]], [[0, 0, 1.0]])
+
+    add_far_side(canvas, pieces, [canvas.hull(p) for p in pieces], colours, 1.5)
+    assert (canvas.ax.get_xlim(), canvas.ax.get_ylim()) == before
+    (image,) = canvas.ax.images
+    red, _, blue = np.moveaxis(np.asarray(image.get_array()), -1, 0)
+    assert ((red > 0.2) & (blue < 0.2)).any()
+    assert ((blue > 0.2) & (red < 0.2)).any()
+
+
+PART = np.array([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]])
+ROOM = 3.0 * PART
+sides = st.tuples(*[st.floats(0.05, 0.4)] * 3)
+angles = st.tuples(*[st.floats(-180.0, 180.0)] * 3)
+
+
+def cell(*obstacles):
+    return pr.Scene(obstacles=obstacles, base="base_link").core
+
+
+@given(sides, angles)
+def test_a_turned_box_has_its_twelve_edges(size, rpy_deg):
+    (one,) = cell(pr.Obstacle("box", size=size, rpy_deg=rpy_deg)).obstacles
+    edges = sharp_edges(faces_within(one.body, ROOM))
+    lengths = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+    assert np.allclose(np.sort(lengths), np.sort(np.repeat(size, 4)), atol=1e-5)
+
+
+@given(st.integers(0, 2), st.sampled_from([-1, 1]))
+def test_a_wall_beside_the_box_is_drawn_and_a_far_one_is_not(axis, side):
+    size, near, far = np.ones(3), np.zeros(3), np.zeros(3)
+    size[axis], near[axis], far[axis] = 0.1, 0.6 * side, 1.6 * side
+    box = with_obstacles(PART, cell(pr.Obstacle("wall", size=size, centre=near)))
+    assert np.abs(box[:, axis]).max() > 0.64
+    assert np.allclose(with_obstacles(PART, cell(pr.Obstacle("wall", size=size, centre=far))), PART)
+    assert np.allclose(with_obstacles(PART, cell(pr.Obstacle("floor", floor=-0.6))), PART)
+
+
+def test_a_table_hides_nothing_from_above():
+    ground = np.array(
+        [[[-0.4, -0.4, -0.4], [0.4, -0.4, -0.4], [0.4, 0.4, -0.4], [-0.4, 0.4, -0.4]]]
+    )
+    table = pr.Obstacle("table", size=(0.7, 0.7, 0.05))
+
+    def picture(*obstacles):
+        canvas = Canvas(None, PART, -90.0, 89.99)
+        canvas.faces(ground, "#009E73")
+        add_obstacles(canvas, cell(*obstacles))
+        return canvas.image(np.array([-0.3, -0.3]), 0.01, (60, 60))[..., :3]
+
+    assert np.abs(picture(table) - picture()).max() < 0.2
