@@ -167,13 +167,14 @@ def _prepare(setup: Any, scene: Any, points: Any) -> _Prepared:
     numbers, because both may change between calls.
     """
     _, placed, core = resolve_setup(setup, scene)
+    among: tuple[Any, ...] = (id(core), id(points))
     if not isinstance(points, TargetPoints):
         points = _array(points)
-    among = (id(core), id(points) if isinstance(points, TargetPoints) else _digest(points))
+        among = (id(core), len(points), blake2b(points.tobytes()).digest())
     key = (*among, placed)
     with _lock:
         if key not in _prepared:
-            soft = next((one.soft for at, one in _prepared.items() if at[:2] == among), None)
+            soft = next((one.soft for at, one in _prepared.items() if at[:-1] == among), None)
             _prepared[key] = _made(placed, core, points, soft)
             while len(_prepared) > _KEPT:
                 _prepared.popitem(last=False)
@@ -202,10 +203,6 @@ def _array(points: Any) -> np.ndarray:
     if each.ndim != 2 or each.shape[1] != 3 or not len(each) or not np.isfinite(each).all():
         raise InputError(f"found shape {each.shape}, allowed: finite (N, 3), m", "points")
     return each
-
-
-def _digest(points: np.ndarray) -> tuple[int, bytes]:
-    return len(points), blake2b(points.tobytes()).digest()
 
 
 def _soft_coverage(scene: CoreScene, points: Any) -> SoftCoverage:

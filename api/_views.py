@@ -114,11 +114,7 @@ def view(call: ViewCall) -> View:
         page = View(Server(session, call.host, call.port))
     if call.browser:
         webbrowser.open(page.url)
-    if (not _interactive()) if call.wait is None else call.wait:
+    interactive = hasattr(sys, "ps1") or "ipykernel" in sys.modules
+    if (not interactive) if call.wait is None else call.wait:
         page.wait()
     return page
-
-
-def _interactive() -> bool:
-    """Return whether Python runs at a prompt or in a notebook."""
-    return hasattr(sys, "ps1") or "ipykernel" in sys.modules

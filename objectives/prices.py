@@ -10,7 +10,7 @@ from pydantic import Field
 
 from ..coverage.definitions.definition import definition, refuse
 from ..coverage.definitions.units import Decimals
-from ..coverage.rings.ring import Group, Ring, Setup
+from ..coverage.rings.ring import Ring, Setup
 from ..coverage.sensors.catalogue import MODELS
 from ..coverage.sensors.sensor import Sensor
 
@@ -65,7 +65,7 @@ class Prices:
         """Return the price of a ring with its sensors."""
         return self.ring + ring.count * self.of_sensor(ring.sensor)
 
-    def of_setup(self, setup: Setup, fixed: Collection[Group]) -> "SetupPrice":
+    def of_setup(self, setup: Setup, fixed: Collection[object]) -> "SetupPrice":
         """Return the price of the rings and single sensors that are not ``fixed``."""
         new = [ring for ring in setup.rings if ring not in fixed]
         singles = (one.sensor for one in setup.singles if one not in fixed)

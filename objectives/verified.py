@@ -51,7 +51,7 @@ class WithInterval:
     def __post_init__(self) -> None:
         for end in ("low", "high"):
             if getattr(self, end) is None:
-                object.__setattr__(self, end, self.zeta)
+                vars(self)[end] = self.zeta
 
 
 @definition
@@ -190,7 +190,7 @@ class OfTarget:
 
     def __post_init__(self) -> None:
         if isinstance(self.target, Target):
-            object.__setattr__(self, "radius", self.target.key[1])
+            vars(self)["radius"] = self.target.key[1]
 
     @property
     def key(self) -> tuple[str, float | None]:

@@ -11,7 +11,7 @@ import psutil
 from ..coverage.choices import Rule
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup
-from ..coverage.solids.base import Difference, Parts
+from ..coverage.solids.base import Parts
 from ..coverage.targets.target import Target
 from ..coverage.voxels.certified_bounds import bracket
 from ..coverage.voxels.octree import count_each, regions
@@ -83,15 +83,6 @@ class Verifier:
         """How it counts; what it reports to, and the voxels, stay in their process."""
         return {**vars(self), "tell": _silent, "at": _silent, "_targets": {}, "_layers": {}}
 
-    def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
-        """Return all voxels of a target, and keep them where memory allows."""
-        wanted = self._important(
-            target, target_voxels(solid, voxel, self.points, None, self.memory / 2)
-        )
-        if wanted.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
-            self._targets[target, pose] = wanted
-        return wanted
-
     def _important(self, target: Target, voxels: VoxelSet) -> VoxelSet:
         """Return the voxels at which the target's weight field, if it has one, is above 0."""
         if target.importance is None:
@@ -117,21 +108,17 @@ class Verifier:
         voxel = VOXEL if self.voxel is None else self.voxel
         solid = self.scene.solid(target, pose)
         check_voxel(solid, voxel)
-        total = 0
-        if surface_voxels(solid, voxel) * _BYTES <= self.memory / 4:
-            wanted = self._target(target, pose, solid, voxel)
-            total = len(wanted)
-            if total:
-                yield wanted, None
-        else:
-            for region in regions(
-                solid, voxel, int(math.sqrt(self.memory / 4 / (_SIDES * _BYTES)))
-            ):
-                wanted = target_voxels(solid, voxel, self.points, region, self.memory / 2)
-                wanted = self._important(target, wanted)
-                total += len(wanted)
-                if len(wanted):
-                    yield wanted, region
+        whole = surface_voxels(solid, voxel) * _BYTES <= self.memory / 4
+        side, total = int(math.sqrt(self.memory / 4 / (_SIDES * _BYTES))), 0
+        for region in [None] if whole else regions(solid, voxel, side):
+            wanted = target_voxels(solid, voxel, self.points, region, self.memory / 2)
+            wanted = self._important(target, wanted)
+            kept_bytes = sum(kept.nbytes for kept in self._targets.values())
+            if region is None and wanted.nbytes + kept_bytes <= self.memory / 4:
+                self._targets[target, pose] = wanted
+            total += len(wanted)
+            if len(wanted):
+                yield wanted, region
         if total == 0:
             raise EmptyTargetError(
                 f"target {target} contains no voxel of {voxel:g} m: it is empty, or the voxels are"

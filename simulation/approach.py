@@ -71,8 +71,8 @@ def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[Any, ...]) -> jax.Arra
     (points,), (cones, start, end, thick, chosen) = rows, fixed
     gap = jnp.stack(
         [
-            gap_to_capsules(points, start[None, i], end[None, i], thick[None, i])
-            for i in map(_one, range(len(thick)))
+            gap_to_capsules(points, *(ends[None, i : i + 1] for ends in (start, end, thick)))
+            for i in range(len(thick))
         ]
     )
     return jnp.stack(
@@ -82,10 +82,6 @@ def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[Any, ...]) -> jax.Arra
         ],
         axis=1,
     )
-
-
-def _one(i: int) -> slice:
-    return slice(i, i + 1)
 
 
 def unseen_approaches(

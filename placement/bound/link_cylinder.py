@@ -62,7 +62,11 @@ class LinkCylinder:
         self._shape = azimuths, int(fft.next_fast_len(cells + parts, real=True))
         self._cells = cells
         self._offset = np.arange(-self._before - parts, cells - self._before)  # of kernels
-        self._keep = self._near_positions(parts)
+        keep = np.zeros(parts + 1, bool)  # near the family's positions
+        for low, high in family.positions:
+            a, b = math.floor(low * parts + 1e-9), math.ceil(high * parts - 1e-9)
+            keep[max(a, 0) : min(b, parts) + 1] = True
+        self._keep = np.flatnonzero(keep)
         self._spectrum: Complex[np.ndarray, "R A F"] | None = None
 
     def _lattice(self) -> tuple[float, tuple[float, float]]:
@@ -74,13 +78,6 @@ class LinkCylinder:
         margin = 3 * self.field.sigma
         rho = float(np.hypot(x, y).max()) + margin
         return rho, (float(z.min()) - margin, float(z.max()) + margin)
-
-    def _near_positions(self, parts: int) -> np.ndarray:
-        keep = np.zeros(parts + 1, bool)
-        for low, high in self.family.positions:
-            first, last = math.floor(low * parts + 1e-9), math.ceil(high * parts - 1e-9)
-            keep[max(first, 0) : min(last, parts) + 1] = True
-        return np.flatnonzero(keep)
 
     @property
     def places(self) -> Float[np.ndarray, " P"]:

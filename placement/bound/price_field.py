@@ -102,7 +102,10 @@ class PriceField:
             for c in grid.centres
         ]
         self._kernels = [self._kernel(c, a) for c, a in zip(grid.centres, self._axes, strict=True)]
-        held = self._forward(grid.weight)  # share of the target's weight under each Gaussian
+        held = grid.weight  # then the share of the target's weight under each Gaussian
+        for kernel in self._kernels:  # each pass turns the axes by one
+            held = np.tensordot(held, kernel, axes=(0, 1))
+        held = held.astype(float)
         worth = self.spacing**3 / grid.volume
         self._used = held > _LEAST * worth
         self.held: Float[np.ndarray, " J"] = held[self._used]
@@ -117,11 +120,6 @@ class PriceField:
         z = (axis[:, None] - centres) / self.sigma
         kernel: np.ndarray = np.exp(-z * z / 2) * (WIDTH**-1 / math.sqrt(2 * math.pi))
         return kernel.astype(np.float32)
-
-    def _forward(self, values: np.ndarray) -> np.ndarray:
-        for kernel in self._kernels:  # each pass turns the axes by one
-            values = np.tensordot(values, kernel, axes=(0, 1))
-        return values.astype(float)
 
     def uncollected(self, prices: Float[np.ndarray, " J"]) -> float:
         """Return the integral of (w - lambda)^+ over the target, as a share of its weight."""

@@ -45,7 +45,7 @@ class HeldViews:
 
     def first(self, count: int) -> "HeldViews":
         """Return what they see of the first points."""
-        return HeldViews(self.count[:, :count], self.sensor[:, :count], self.cell[:count])
+        return HeldViews(*(views[..., :count] for views in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -169,13 +169,14 @@ class Fields:
             )
             for link, each in self._each.items()
         }
+        held = (vars(self._held[i].first(n)).values() for i in some)
         return Field(
             np.repeat(part / n, n, axis=0).astype(np.float32),
             np.repeat(in_pose / n, n).astype(np.float32),
             points,
             self._past,
             self._errors,
-            _joined([self._held[i].first(n) for i in some]),
+            HeldViews(*(np.concatenate(views, axis=-1) for views in zip(*held, strict=True))),
             np.repeat(pose, n),
             {
                 link: Outlook(points[link], past, self.space.radii[link])
@@ -215,15 +216,6 @@ def _errors(
         for d in range(len(drawn))
     ]
     return errors, of_held
-
-
-def _joined(each: list[HeldViews]) -> HeldViews:
-    """Return views of several lists of points as those of one list."""
-    return HeldViews(
-        np.concatenate([v.count for v in each], axis=1),
-        np.concatenate([v.sensor for v in each], axis=1),
-        np.concatenate([v.cell for v in each]),
-    )
 
 
 def _held_views(

@@ -180,16 +180,13 @@ def _lack_of_room(one: _Batch, values: Any) -> Any:
     return jnp.where(pair, jnp.maximum(least - gap, 0), 0).sum()
 
 
-def _clipped(one: _Batch, values: Any) -> Any:
-    """Return values within the bounds of their rings alone."""
-    tilt = jnp.clip(values[1], one.low, one.high)
-    row = at_tilt(one.by_tilt, jnp.arange(len(tilt)), tilt)
-    return jnp.stack([jnp.clip(values[0], row[:, LOW], row[:, HIGH]), tilt, values[2]])
-
-
 def _stepped(one: _Batch, values: Any, step: Any) -> Any:
-    """Return values after a step of the rings that move."""
-    return jnp.where(one.segment >= 0, _clipped(one, values + step), values)
+    """Return values after a step of the rings that move, within the bounds of each alone."""
+    along, tilt, phase = values + step
+    tilt = jnp.clip(tilt, one.low, one.high)
+    row = at_tilt(one.by_tilt, jnp.arange(len(tilt)), tilt)
+    there = jnp.stack([jnp.clip(along, row[:, LOW], row[:, HIGH]), tilt, phase])
+    return jnp.where(one.segment >= 0, there, values)
 
 
 def _loss(terms: SoftTerms, most: int, values: Any, one: _Batch, at: Any) -> Any:

@@ -214,7 +214,8 @@ class FewestRings:
         # the searches on which the answer rests
         decide = {max(results), len(self.best.setup.rings), fewest - 1} & {*results}
         untried = tuple(range(short + 1, fewest))
-        tried = [
+        conclusive = not untried and not any(results[n].cut for n in decide)
+        tried = tuple(
             RingsTried(
                 rings=n,
                 exact=r.exact,
@@ -224,11 +225,8 @@ class FewestRings:
                 finished=not r.cut,
             )
             for n, r in results.items()
-        ]
-        conclusive = not untried and not any(results[n].cut for n in decide)
-        for name, value in (("tried", tuple(tried)), ("untried", untried)):
-            object.__setattr__(self, name, value)
-        object.__setattr__(self, "conclusive", conclusive)
+        )
+        vars(self).update(tried=tried, untried=untried, conclusive=conclusive)
 
     @property
     def best(self) -> SearchResult:

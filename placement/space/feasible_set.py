@@ -102,7 +102,10 @@ class FeasibleSet:
             if rings is None:
                 _check_budget(self, largest, held)
             else:
-                _check_rings(self, rings, largest, each is not None)
+                bare = FeasibleSet(scene, sensors=held) if each is not None else None
+                numbers = rings, len(self.fixed), self.sensors, held, self.least, largest
+                if reason := refusal(*numbers, equal=bare and bare.largest()):
+                    raise InfeasibleError(reason + self.barred())
                 self.places = rings - len(self.fixed)
             self.most = max(largest, default=self.most)
         else:
@@ -332,16 +335,6 @@ def refusal(
             f"{_counted(sensors, 'sensor')} do not fit on {requested}; allowed: {fewest} to {most}"
         )
     return None
-
-
-def _check_rings(space: FeasibleSet, rings: int, largest: list[int], equal: bool) -> None:
-    held = space.sensors - space.free
-    sizes = FeasibleSet(space.scene, sensors=held).largest() if equal else None
-    reason = refusal(
-        rings, len(space.fixed), space.sensors, held, space.least, largest, equal=sizes
-    )
-    if reason:
-        raise InfeasibleError(reason + space.barred())
 
 
 def _counted(n: int, name: str) -> str:
