@@ -9,9 +9,10 @@ from ..coverage.definitions.units import degrees
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
-from ..coverage.targets.target import key_text
+from ..coverage.targets.target import Target, key_text
 from ..objectives.redundancy import Loss
 from ..objectives.robustness import RingSensitivity, Robustness
+from ..objectives.scene import Scene
 from ..objectives.verified import IntervalProof, LowestPose, PoseZeta, Verified
 from .explained import Explained
 from .text import counted, coverage_caption, with_error
@@ -109,6 +110,24 @@ def target_legend(results: Sequence[Verified | Robustness]) -> str:
     names = {r.key[0] for r in results}
     lines = [text for name, text in _TARGETS.items() if name in names]
     return "; ".join(lines) + "." if lines else ""
+
+
+def target_meaning(target: Target, scene: Scene) -> str:
+    """Return what a target is: ``V_T is all points within 1.5 m of the tool``."""
+    radius = getattr(target, "radius", 0)
+    named = {
+        "V_O": f"all points within {scene.robot.reach:g} m of the base",
+        "V_T": f"all points within {scene.curve.tcp_range:g} m of the tool",
+        "V_OT": (
+            f"all points within {scene.robot.reach:g} m of the base or {scene.curve.tcp_range:g} m"
+            " of the tool"
+        ),
+        "V_S": f"the discs of {radius:g} m across the arm's centre line, cut flat at the tool",
+        "V_N": f"all points within {radius:g} m of the robot's bodies",
+        "V_P": "all points within the separation distance of ISO/TS 15066",
+    }
+    what = named[target.name] if target.named else target.described()
+    return f"{target} is {what}"
 
 
 DARK = "dark clothing: with the sensors' range on cloth of 17 % at their light"

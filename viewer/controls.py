@@ -10,6 +10,7 @@ from ..coverage.definitions.escaping import printable
 from ..coverage.occlusion.occlusion_mode import OCCLUSIONS
 from ..coverage.rings.ring import Setup
 from ..objectives.poses import Pose
+from ..reporting.tables import target_meaning
 from . import html as words
 from .browser import set_value
 from .camera import START, VIEWS
@@ -111,7 +112,11 @@ class Controls:
         row = next(row for row in rows if row.target == label)
         dark = row.dark[active] if row.dark else None
         self.headline.content = words.headline(
-            row.values[active][1], label, words.meaning(choice.target, scene), where, dark
+            row.values[active][1],
+            label,
+            f"{target_meaning(choice.target, scene)}, less the robot itself",
+            where,
+            dark,
         )
         self.zeta.content = words.zeta_table(
             self._setups if len(setups) > 1 else self._names, rows, seconds, of

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from html import escape
 
 from ..coverage.definitions.escaping import printable
-from ..coverage.targets.target import Target
-from ..objectives.scene import Scene
 from ..reporting.tables import percent
 from ..reporting.text import counted, with_error
 from .colours import KINDS, WARNING, on_page
@@ -70,24 +68,6 @@ def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Seq
     return _box(f"{'<br>'.join(each)} · robot {_text(robot)}")
 
 
-def meaning(target: Target, scene: Scene) -> str:
-    """Return what a target is."""
-    radius = getattr(target, "radius", 0)
-    named = {
-        "V_O": f"all points within {scene.robot.reach:g} m of the base",
-        "V_T": f"all points within {scene.curve.tcp_range:g} m of the tool",
-        "V_OT": (
-            f"all points within {scene.robot.reach:g} m of the base or {scene.curve.tcp_range:g} m"
-            " of the tool"
-        ),
-        "V_S": (f"the discs of {radius:g} m across the arm's centre line, cut flat at the tool"),
-        "V_N": f"all points within {radius:g} m of the robot's bodies",
-        "V_P": "the protective volume of ISO/TS 15066",
-    }
-    what = named[target.name] if target.named else target.described()
-    return f"{target} is {what}, less the robot itself"
-
-
 def headline(
     zeta: float, target: str, what: str, where: str = "", dark: float | None = None
 ) -> str:
@@ -104,7 +84,7 @@ def headline(
     return _box(
         f"<div style='font-size:21px;font-weight:600;line-height:1.3'>ζ = {100 * zeta:.1f} %"
         f" <span style='font-size:15px'>of {_text(target)} covered{_text(where)}{also}</span></div>"
-        f"<span style='{_FAINT}'>{_text(what)}. {IDEA}</span>"
+        f"<span style='{_FAINT}'>{_text(what)}, less the robot itself. {IDEA}</span>"
     )
 
 

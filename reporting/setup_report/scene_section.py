@@ -8,7 +8,7 @@ from ...objectives.scene import Scene
 from ..lines.occlusion import ASSUMPTIONS, record_line
 from ..lines.results import calibration_lines
 from ..pages import escaped
-from ..tables import percent, target_label
+from ..tables import percent, target_label, target_meaning
 from ..text import counted, listed
 from .facts import Facts
 
@@ -93,18 +93,7 @@ def definition_section(f: Facts) -> Iterator[str]:
 
 
 def _meaning(scene: Scene) -> str:
-    words = {
-        "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the arm's base",
-        "V_T": f"V_T is the ball of {scene.curve.tcp_range:g} m about the tool",
-        "V_OT": "V_OT is the union of the balls about base and tool",
-        "V_S": "V_S(r) is the shell: discs of r m across the robot's curve, cut flat at its ends",
-        "V_N": "V_N(r) is the space within r m of the robot's bodies",
-        "V_P": "V_P is the space within the separation distance of a part of the robot",
-    }
-    names = [
-        (words.get(g.name) if g.named else None) or f"{g} is {g.described()}"
-        for g in {g.name: g for g in scene.targets}.values()
-    ]
+    names = [target_meaning(g.target, scene) for g in {str(g): g for g in scene.targets}.values()]
     names += [
         f"places in {g.target} count by its weight field"
         for g in scene.targets
