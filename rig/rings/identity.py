@@ -1,10 +1,9 @@
 """Identities on a ring's line: the serial numbers in its hellos, and frames of other sizes."""
 
 import re
-import zlib
 
 from ...formats.ring_frame import CHECK, HELLO
-from .protocol import HELLO_MAGIC, MAGIC, VERSION, ZONE_MAGIC, Counts, frame_size
+from .protocol import HELLO_MAGIC, MAGIC, VERSION, ZONE_MAGIC, Counts, frame_size, intact
 
 _ANY = re.compile(b"|".join(map(re.escape, (MAGIC, ZONE_MAGIC, HELLO_MAGIC))))
 _LENGTH = HELLO.size + CHECK.size  # of a hello, which is shorter than any frame
@@ -39,7 +38,7 @@ class HelloReader:
             size = self._size(at)
             if size is None or len(buffer) - at < size:
                 break
-            if not size or not self._intact(at, size):
+            if not size or not intact(buffer, at, size):
                 at += 1
                 continue
             if match[0] == HELLO_MAGIC:
@@ -59,11 +58,6 @@ class HelloReader:
         if self._buffer.startswith(HELLO_MAGIC, at):
             return _LENGTH if self._buffer[at + 2] == VERSION else 0
         return frame_size(self._buffer, at)
-
-    def _intact(self, at: int, size: int) -> bool:
-        body = bytes(self._buffer[at : at + size])
-        check: int = CHECK.unpack(body[-CHECK.size :])[0]
-        return zlib.crc32(body[: -CHECK.size]) == check
 
     def _hello(self, at: int) -> list[str]:
         """Note a hello; return its serial number unless the board has none."""

@@ -10,7 +10,7 @@ from jaxtyping import Float, Integer
 from ...formats import ring_frame
 from .counts import Counts as Counts
 from .status import ABSENT as ABSENT
-from .status import DISTANT, known_status
+from .status import DISTANT, known_status, millimetres
 from .status import MOST_MM as MOST_MM
 from .status import Status as Status
 from .zones import Zones
@@ -92,11 +92,7 @@ def encode(
             f" {count} and {len(status)}"
         )
     sensors = np.zeros(count, _SENSORS)
-    there = np.isin(status, DISTANT)
-    mm = np.rint(1000 * np.where(there, distance, 0.0))
-    if not np.all((mm >= 0) & (mm <= MOST_MM)) or not np.isin(status, list(Status)).all():
-        raise ValueError(f"distances must be 0 to {MOST_MM} mm, statuses 0 to {max(Status)}")
-    sensors["mm"], sensors["status"] = mm, status
+    sensors["mm"], sensors["status"] = millimetres(distance, status), status
     return _checked(_header(MAGIC, count, sequence, clock) + sensors.tobytes())
 
 
@@ -188,8 +184,10 @@ class Decoder:
             length = frame_size(buffer, at, self._count)
             if length is None or len(buffer) - at < length:
                 break
-            if not length or not self._right(memoryview(buffer)[at : at + length]):
-                at = self._reject(at)
+            if not length or not intact(buffer, at, length):
+                self.counts.corrupt += 1
+                self.counts.skipped += 1
+                at += 1
             else:
                 body = bytes(buffer[at : at + length - _CHECK.size])
                 frames += self._frame(body, self._arrivals.time(at + length - 1))
@@ -215,19 +213,6 @@ class Decoder:
         self.counts.take_codes(raw)
         return [Frame(time, 1e-6 * micros, sequence, *zones.nearest(), zones=zones)]
 
-    def _reject(self, at: int) -> int:
-        self.counts.corrupt += 1
-        self.counts.skipped += 1
-        return at + 1
-
-    @staticmethod
-    def _right(frame: memoryview) -> bool:
-        with frame:
-            right: bool = (
-                zlib.crc32(frame[: -_CHECK.size]) == _CHECK.unpack(frame[-_CHECK.size :])[0]
-            )
-            return right
-
 
 _START = re.compile(re.escape(MAGIC) + b"|" + re.escape(ZONE_MAGIC))
 
@@ -249,6 +234,13 @@ def frame_size(buffer: bytes | bytearray, at: int, count: int | None = None) -> 
         return None
     grid = ring_frame.Grid.read(buffer, at + _HEADER.size)
     return 0 if grid is None else ring_frame.frame_length(n, grid)
+
+
+def intact(buffer: bytes | bytearray, at: int, length: int) -> bool:
+    """Return whether the frame or hello of ``length`` bytes at ``at`` has the right check."""
+    end = at + length - _CHECK.size
+    right: bool = zlib.crc32(bytes(buffer[at:end])) == _CHECK.unpack_from(buffer, end)[0]
+    return right
 
 
 def measured(mm: np.ndarray, status: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from jaxtyping import Integer
+from jaxtyping import Float, Integer
 
 MOST_MM = 0xFFFF
 
@@ -31,6 +31,20 @@ def known_status(status: Integer[np.ndarray, "*n"]) -> Integer[np.ndarray, "*n"]
     """Return status bytes, where an unknown one counts as a failure."""
     known: np.ndarray = _KNOWN[status]
     return known
+
+
+def millimetres(
+    distance: Float[np.ndarray, "*n"], status: Integer[np.ndarray, "*n"]
+) -> Float[np.ndarray, "*n"]:
+    """Return distances (...) m as whole millimetres, 0 where ``status`` says that there is none.
+
+    Raises:
+        ValueError: if a number does not fit its field.
+    """
+    mm = np.rint(1000 * np.where(np.isin(status, DISTANT), distance, 0.0))
+    if not np.all((mm >= 0) & (mm <= MOST_MM)) or not np.isin(status, list(Status)).all():
+        raise ValueError(f"distances must be 0 to {MOST_MM} mm, statuses 0 to {max(Status)}")
+    return mm
 
 
 @dataclass(frozen=True)

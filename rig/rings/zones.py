@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Integer
 
 from ...formats.ring_frame import Grid
 from ...objectives.motion_limits import Motion
-from .status import DISTANT, MOST_MM, Status, known_status
+from .status import DISTANT, Status, known_status, millimetres
 
 _MOST_SIGMA, _MOST_SIGNAL = 0xFF, 0xFFFF
 
@@ -39,10 +39,7 @@ class Zones:
         Raises:
             ValueError: if a number does not fit its field.
         """
-        mm = np.rint(1000 * np.where(np.isin(status, DISTANT), distance, 0.0))
-        if not np.all((mm >= 0) & (mm <= MOST_MM)) or not np.isin(status, list(Status)).all():
-            raise ValueError(f"distances must be 0 to {MOST_MM} mm, statuses 0 to {max(Status)}")
-        return cls(mm.astype(np.uint16), status.astype(np.uint8))
+        return cls(millimetres(distance, status).astype(np.uint16), status.astype(np.uint8))
 
     @property
     def grid(self) -> Grid:

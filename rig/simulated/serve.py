@@ -48,8 +48,8 @@ class Rig:
     """Loopback address of the controller."""
     rate: float = 15.0
     """Frames per second."""
-    encodings: tuple[str, ...] = ("place-rings",)
-    """Encoding of each ring's firmware; a single one applies to all."""
+    encoding: str = "place-rings"
+    """Encoding of the rings' firmware."""
     seed: int = 0
     """Seed of noise and faults."""
     kinematics: DhTable | None = None
@@ -66,10 +66,9 @@ class Simulation:
         self._arm = Arm(rig.q, PERIOD)
         self._controller = Controller(self._arm, rig.address, kinematics=rig.kinematics)
         counts = rig.world.counts
-        encodings = rig.encodings * len(counts) if len(rig.encodings) == 1 else rig.encodings
         self._noise, self._spoiling, *own = rng.spawn(2 + len(counts))
         self._rings = [
-            SimulatedRing(rig.folder / f"ring{i}", encodings[i], own[i], _SERIAL + i)
+            SimulatedRing(rig.folder / f"ring{i}", rig.encoding, own[i], _SERIAL + i)
             for i in range(len(counts))
         ]
         self._start, self._told, self._seen = time.monotonic(), False, asyncio.Event()

@@ -1,7 +1,7 @@
 """Simulated rig in the cell of a proposal: the robot's true geometry, rings with mounting errors, a
 test rod.
 
-Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED [FAULTS] [RATE]
+Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED FAULTS
 
 The process reads messages as JSON from stdin.
 """
@@ -114,20 +114,19 @@ def main() -> None:
     """Serve a rig with the settings of the command line. Everything is compiled before a client can
     connect, because compilation would delay the controller.
     """
-    folder, address, file, seed = sys.argv[1:5]
-    faults: Faults = "none" if sys.argv[5:6] == ["none"] else "random"
+    folder, address, file, seed, kind = sys.argv[1:]
+    faults: Faults = "none" if kind == "none" else "random"
     setup, scene, _ = read_proposal(Path(file))
     cell = SimulatedCell(injected(scene, setup, int(seed), faults).world(scene))
     q = scene.poses[0].q
     for rod in ([0.0, 0.0, 10.0], None):
         cell.tell({"rod": rod})
         cell.see(q)
-    rate = float(sys.argv[6]) if len(sys.argv) > 6 else RATE
     try:
         own = controller_table(scene.robot)
     except ValueError:
         own = None  # no arm of Universal Robots
-    serve(Rig(cell, np.array(q), Path(folder), address, rate, seed=int(seed), kinematics=own))
+    serve(Rig(cell, np.array(q), Path(folder), address, RATE, seed=int(seed), kinematics=own))
 
 
 if __name__ == "__main__":

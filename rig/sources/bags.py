@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...coverage.definitions.errors import UserError, shown
 from ...formats.optional_dependencies import require
-from .messages import Message, RigFile, checked_time, refuse
+from .messages import Message, RigFile, checked_time, listed, refuse
 from .ros_messages import DECODERS, TEXT, BadMessageError
 
 SUFFIXES = (".mcap", ".db3")
@@ -52,9 +52,8 @@ def bag(path: Path, steps: str) -> RigFile:
         for file in files:
             yield from _messages(file, steps, topics)
         if not any(topics.values()):
-            some = ", ".join(map(shown, sorted(topics)[:5])) + ", …" * (len(topics) > 5)
             wanted = "a topic of joint states or of readings"
-            raise refuse(str(path), "topics", some or "none", wanted)
+            raise refuse(str(path), "topics", listed(map(shown, sorted(topics)), 5), wanted)
 
     return RigFile(str(path), messages)
 

@@ -1,7 +1,7 @@
 """The files of a rig, and the data that they hold."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from ..robot.vetting import GAP
 from ..session.gathering import Gathered
 from .bags import bag, is_bag
 from .joint_track import STANDING, JointTrack
-from .messages import JointMessage, RangeMessage, RigFile, StepMessage, refuse
+from .messages import JointMessage, RangeMessage, RigFile, StepMessage, listed, refuse
 from .names import RigNames
 from .ring_track import RingTrack
 from .standstills import Standstill, standstills
@@ -123,13 +123,7 @@ def read_files(
         )
         data.said.append((start, {"what": "warning", "text": text}))
     still = standstills(joints.time, joints.q, max(joints.gap, STANDING))
-    return FileData(data, still, [_listed(t.topics) for t in reader.tracks])
-
-
-def _listed(topics: Iterable[str]) -> str:
-    """Return some of the topics of a ring as one short text."""
-    each = list(topics)
-    return ", ".join(t[:100] for t in each[:_TOPICS]) + ", …" * (len(each) > _TOPICS)
+    return FileData(data, still, [listed(t.topics, _TOPICS) for t in reader.tracks])
 
 
 def _step_note(name: str, message: StepMessage) -> dict[str, Any]:

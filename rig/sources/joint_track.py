@@ -10,7 +10,7 @@ from ...coverage.robots.robot import Robot
 from ..robot.state import TURN, State
 from ..robot.vetting import GAP
 from .joint_glitches import JUMP, JointSteps, glitches
-from .messages import JointMessage, refuse
+from .messages import JointMessage, listed, refuse
 
 RATE = 150.0  # states a second that are kept
 _MOST = 1_000_000  # states
@@ -65,7 +65,7 @@ class JointTrack:
             raise refuse(name, where, "a joint twice", "each joint once")
         if lacks := [self._robot.chain.joints[j] for j in self._wanted if j not in places]:
             wanted = f"also {', '.join(lacks)}; --map JOINT=NAME states other names"
-            raise refuse(name, where, f"the joints {_listed(message.names)}", wanted)
+            raise refuse(name, where, f"the joints {listed(message.names, _SHOWN)}", wanted)
         for joint, place in places.items():
             q[joint] = message.position[place]
         q = self._robot.chain.settled(q)
@@ -139,7 +139,7 @@ class JointTrack:
             if self.left_out:
                 found += f" beside {'; '.join(self.left_out)}"
             if self._others:
-                found += f", and the joints {_listed(tuple(self._others))}"
+                found += f", and the joints {listed(self._others, _SHOWN)}"
             joints = ", ".join(self._robot.chain.joints)
             wanted = f"states of {joints}; --map JOINT=NAME states other names"
             raise refuse(name, "joint states", found, wanted)
@@ -180,7 +180,3 @@ class JointTrack:
         stood = (between <= STANDING) & (moved <= _SAME)
         large: np.ndarray = between[(between > self.gap) & ~stood]
         return large
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    return ", ".join(name[:60] for name in names[:_SHOWN]) + ", …" * (len(names) > _SHOWN) or "none"

@@ -1,6 +1,6 @@
 """What a rig's file tells, message by message, whatever the file's format."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,6 +80,12 @@ class RigFile:
 def refuse(name: str, where: str, found: str, wanted: str) -> UserError:
     """Return an error that names the file, the topic or line, what it holds and what it must."""
     return UserError(f"{name}: {where}: found {found}, wanted: {wanted}")
+
+
+def listed(names: Iterable[str], most: int) -> str:
+    """Return the first ``most`` names, and whether there are more, as one short text."""
+    each = list(names)
+    return ", ".join(name[:100] for name in each[:most]) + ", …" * (len(each) > most) or "none"
 
 
 def checked_time(name: str, where: str, time: float) -> float:

@@ -1,13 +1,14 @@
 """Writers of a rig's files for tests: MCAP by the library of its authors, bags of SQLite by the
-tables that rosbag2 documents, CSV as text. Messages are packed here in CDR, so that nothing is
-shared with the reader.
+tables that rosbag2 documents, CSV as text. Messages are packed in CDR by rosbags.
 """
 
 import math
 import sqlite3
 import struct
 
+import numpy as np
 from mcap.writer import CompressionType, Writer
+from rosbags.typesys import Stores, get_typestore
 
 JOINTS = "sensor_msgs/msg/JointState"
 RANGE = "sensor_msgs/msg/Range"
@@ -16,58 +17,41 @@ TEXT = "std_msgs/msg/String"
 START = 1_760_000_000.0  # s since 1970
 
 
-class Cdr:
-    """Little-endian CDR of one message: each number at a multiple of its size."""
+HUMBLE, IRON = get_typestore(Stores.ROS2_HUMBLE), get_typestore(Stores.ROS2_IRON)
 
-    def __init__(self):
-        self.data = b""
 
-    def pack(self, kind, *values):
-        for value in values:
-            size = struct.calcsize(kind)
-            self.data += bytes(-len(self.data) % size) + struct.pack("<" + kind, value)
-        return self
+def packed(kind, *values, store=HUMBLE):
+    return bytes(store.serialize_cdr(store.types[kind](*values), kind))
 
-    def text(self, text):
-        data = text.encode() + b"\0"
-        self.pack("I", len(data))
-        self.data += data
-        return self
 
-    def header(self, stamp, frame):
-        nanoseconds = round(1e9 * stamp)
-        return self.pack("i", nanoseconds // 10**9).pack("I", nanoseconds % 10**9).text(frame)
-
-    def message(self):
-        return b"\0\1\0\0" + self.data
+def header(stamp, frame):
+    time = HUMBLE.types["builtin_interfaces/msg/Time"](*divmod(round(1e9 * stamp), 10**9))
+    return HUMBLE.types["std_msgs/msg/Header"](time, frame)
 
 
 def joint_state(stamp, names, position):
-    cdr = Cdr().header(stamp, "").pack("I", len(names))
-    for name in names:
-        cdr.text(name)
-    cdr.pack("I", len(position)).pack("d", *position)
-    return cdr.pack("I", 0).pack("I", 0).message()
+    none = np.zeros(0)
+    return packed(JOINTS, header(stamp, ""), list(names), np.array(position, float), none, none)
 
 
 def range_(stamp, frame, distance, low=0.02, high=4.0, variance=None):
-    cdr = Cdr().header(stamp, frame).pack("B", 1).pack("f", 0.4, low, high, distance)
-    return (cdr if variance is None else cdr.pack("f", variance)).message()
+    values = (header(stamp, frame), 1, 0.4, low, high, distance)
+    return (
+        packed(RANGE, *values) if variance is None else packed(RANGE, *values, variance, store=IRON)
+    )
 
 
 def zones(stamp, frame, points):
     """A cloud of one row of points, with an intensity after each."""
-    cdr = Cdr().header(stamp, frame).pack("I", 1, len(points), 4)
-    for i, name in enumerate(("x", "y", "z", "intensity")):
-        cdr.text(name).pack("I", 4 * i).pack("B", 7).pack("I", 1)
-    data = b"".join(struct.pack("<4f", *point, 1.0) for point in points)
-    cdr.pack("B", 0).pack("I", 16, 16 * len(points), len(data))
-    cdr.data += data
-    return cdr.pack("B", 1).message()
+    field, names = HUMBLE.types["sensor_msgs/msg/PointField"], ("x", "y", "z", "intensity")
+    fields = [field(name, 4 * i, 7, 1) for i, name in enumerate(names)]
+    data = np.frombuffer(b"".join(struct.pack("<4f", *p, 1.0) for p in points), np.uint8)
+    shape, steps = (1, len(points)), (16, 16 * len(points))
+    return packed(POINTS, header(stamp, frame), *shape, fields, False, *steps, data, True)
 
 
 def text(words):
-    return Cdr().text(words).message()
+    return packed(TEXT, words)
 
 
 def write_mcap(path, messages, compression=CompressionType.ZSTD, **more):

@@ -2,7 +2,6 @@
 decoder. Whole sketches are compiled in tests/formats.
 """
 
-import shutil
 import subprocess
 import zlib
 from dataclasses import replace
@@ -15,11 +14,9 @@ from place_rings.rig.rings.identity import HelloReader
 from place_rings.rig.rings.protocol import Counts, Decoder, Status, encode, encode_zones, hello
 from place_rings.rig.rings.zones import Zones
 
+from ..support.simulated_firmware import COMPILER, WARNINGS, compiled
+
 FIRMWARE = Path(__file__).parents[2] / "formats" / "firmware" / "place_rings_ring"
-COMPILER = next(
-    (found for name in ("c++", "g++", "clang++") if (found := shutil.which(name))), None
-)
-WARNINGS = ["-std=c++11", "-Wall", "-Wextra", "-Werror", "-pedantic"]
 PROGRAM = """
 #include <cstdint>
 #include <cstdio>
@@ -114,8 +111,8 @@ def test_the_firmware_sends_what_the_decoder_reads(tmp_path, board):
     (tmp_path / "main.cpp").write_text(PROGRAM)
     (tmp_path / "pico").mkdir()
     (tmp_path / "pico" / "unique_id.h").touch()
-    words = [COMPILER, *WARNINGS, f"-D{board}", "-I", ".", "-I", FIRMWARE, "main.cpp", "-o", "main"]
-    subprocess.run(words, cwd=tmp_path, check=True)
+    flags = ["-std=c++11", *WARNINGS[1:], f"-D{board}", f"-I{tmp_path}", f"-I{FIRMWARE}"]
+    compiled(*flags, tmp_path / "main.cpp", "-o", tmp_path / "main")
     rng = np.random.default_rng(0)
     lines, frames = zip(*drawn_frames(rng), strict=True)
     more, zones = zip(*drawn_zones(rng), strict=True)

@@ -49,7 +49,7 @@ class Run:
     """Longest time between two frames, s."""
 
 
-def _compile(*words: object) -> None:
+def compiled(*words: object) -> None:
     done = subprocess.run([COMPILER, *map(str, words)], capture_output=True, text=True)
     assert not done.returncode, done.stderr
 
@@ -64,7 +64,7 @@ def _folder() -> Path:
 @cache
 def _simulator() -> Path:
     made = _folder() / "simulator.o"
-    _compile("-c", *WARNINGS, "-O1", HOST / "simulator.cpp", "-o", made)
+    compiled("-c", *WARNINGS, "-O1", HOST / "simulator.cpp", "-o", made)
     return made
 
 
@@ -75,7 +75,7 @@ def _program(files: tuple[tuple[str, bytes], ...], board: str) -> Path:
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes(data)
     (ino,) = folder.glob("*/*.ino")
-    _compile(
+    compiled(
         *WARNINGS,
         f"-D{ARCHITECTURE.get(board, 'ARDUINO_ARCH_ESP32')}",
         f'-DSKETCH="{ino}"',
