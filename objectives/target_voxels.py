@@ -80,11 +80,9 @@ def check_beams(sensors: Iterable[Sensor], voxel: float) -> None:
     if not furthest > _CELL:  # the voxels are to blame
         return
     for sensor in sensors:
-        if sensor.shape != "beam" and sensor.farthest < furthest:
+        if sensor.farthest < furthest:
             continue
         half = max(sensor.circumscribed_half_angle, sensor.half_angle)
-        if sensor.range_m * math.hypot(1.0, math.tan(half)) < furthest:
-            continue
         beam = f"fov {math.degrees(sensor.fov):.6g}°"
         if sensor.fov_up is not None:
             beam += f" by {math.degrees(sensor.fov_up):.6g}°"

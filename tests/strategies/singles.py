@@ -34,7 +34,7 @@ def fan(fov_deg: int, range_mm: int, thickness_mm: int) -> Sensor:
 
 def frustum(fov_deg: int, range_mm: int, thickness_mm: int) -> Sensor:
     """A laser or an ultrasonic sensor."""
-    fov, thick = math.radians(fov_deg) / 10, thickness_mm / 1000
+    fov, thick = math.radians(fov_deg / 10), thickness_mm / 1000
     return Sensor(fov, range_mm / 1000, shape="frustum", thickness=thick)
 
 
