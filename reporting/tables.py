@@ -13,7 +13,7 @@ from ..coverage.targets.target import Target, key_text
 from ..objectives.redundancy import Loss
 from ..objectives.robustness import RingSensitivity, Robustness
 from ..objectives.scene import Scene
-from ..objectives.verified import IntervalProof, LowestPose, PoseZeta, Verified
+from ..objectives.verified import LowestPose, PoseZeta, Verified
 from .explained import Explained
 from .text import counted, coverage_caption, with_error
 
@@ -80,19 +80,6 @@ def percent(result: Verified | PoseZeta | LowestPose, rule: str) -> str:
 def percent_under(result: Verified, model: Occlusion) -> str:
     """Return ζ in percent under a model of occlusion, with its error."""
     return with_error(100 * result.by_occlusion[model], result.by_occlusion_error.get(model))
-
-
-def proof_line(result: Verified, proof: IntervalProof) -> str:
-    """Return a line on the width and the cost of a certified interval."""
-    width = 100 * (result.high - result.low)
-    if proof.reached or proof.width == 0:
-        verdict = f"guaranteed: width {width:.2g} points"
-    else:
-        verdict = f"guaranteed, but {width:.2g} points wide instead of {100 * proof.width:g}"
-    return (
-        f"{target_label(result)} {verdict}; {proof.passes} passes, {proof.cells:,} cells down to"
-        f" {1000 * proof.smallest:.3g} mm, {result.seconds:.1f} s"
-    )
 
 
 _TARGETS = {

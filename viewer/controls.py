@@ -114,7 +114,7 @@ class Controls:
         self.headline.content = words.headline(
             row.values[active][1],
             label,
-            f"{target_meaning(choice.target, scene)}, less the robot itself",
+            target_meaning(choice.target, scene),
             where,
             dark,
         )

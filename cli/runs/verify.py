@@ -11,6 +11,7 @@ from ...coverage.definitions.definition import json_of
 from ...coverage.voxels.volume_tally import Bracket
 from ...objectives.options import VerifyOptions
 from ...objectives.scene import Scene
+from ...objectives.verified import IntervalProof, Verified
 from ...objectives.verify import VOXEL
 from ...reporting.lines.occlusion import part_lines, print_sight, record_line, unmounted_lines
 from ...reporting.lines.results import (
@@ -24,7 +25,6 @@ from ...reporting.tables import (
     count_error_line,
     coverage_tables,
     percent,
-    proof_line,
     target_label,
 )
 from ...reporting.terminal import Terminal, say_json
@@ -50,7 +50,7 @@ def verify(subject: ResolvedSetup, options: VerifyOptions, as_json: bool) -> Non
     console.lines(*part_lines(results))
     for r in results:
         if r.proof is not None:
-            console.print(proof_line(r, r.proof), soft_wrap=True)
+            console.print(_proof_line(r, r.proof), soft_wrap=True)
         if 1 < len(scene.poses) <= _SHOWN:
             each = ", ".join(percent(p, r.rule) for p in r.poses)
             console.print(f"{target_label(r)} at each pose, in percent: {each}")
@@ -59,6 +59,19 @@ def verify(subject: ResolvedSetup, options: VerifyOptions, as_json: bool) -> Non
     more = [*calibration_lines(results, effects), *sensor_lines(results[0].sensors)]
     more += record_lines(results)
     console.lines(record_line(scene), *protective_lines(results, setup), *more)
+
+
+def _proof_line(result: Verified, proof: IntervalProof) -> str:
+    """Return a line on the width and the cost of a certified interval."""
+    width = 100 * (result.high - result.low)
+    if proof.reached or proof.width == 0:
+        verdict = f"guaranteed: width {width:.2g} points"
+    else:
+        verdict = f"guaranteed, but {width:.2g} points wide instead of {100 * proof.width:g}"
+    return (
+        f"{target_label(result)} {verdict}; {proof.passes} passes, {proof.cells:,} cells down to"
+        f" {1000 * proof.smallest:.3g} mm, {result.seconds:.1f} s"
+    )
 
 
 def _counted(subject: ResolvedSetup, options: VerifyOptions) -> Coverage:
