@@ -34,7 +34,7 @@ def _load(
     Raises:
         InputError: if the file cannot be read or the mesh is not closed.
     """
-    from .formats.target_meshes import closed_mesh
+    from .formats.scene_meshes import closed_mesh
 
     place: Any = {"centre": centre, "rpy_deg": rpy_deg}
     table = MeshFile(str(file), scale, **place)

@@ -20,8 +20,8 @@ from ..objectives.scene import Scene
 from ..objectives.turned_cell import turned_attached, turned_obstacle
 from ..placement.search.result import SearchResult
 from .model_reader import beside_of, file_and_table, read_model
-from .obstacle_meshes import parts_of_meshes
 from .recorded_motion import with_record
+from .scene_meshes import parts_of_meshes
 from .schema.proposal_models import ProposalFile
 from .schema.scene_models import SceneFile, SceneModel
 from .schema.target_models import TargetFile

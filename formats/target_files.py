@@ -13,7 +13,7 @@ from ..coverage.definitions.errors import InputError, UserError, explain
 from ..coverage.robots.kinematics import transform
 from ..coverage.targets.own import MeshFile
 from ..coverage.weight_field import WeightTable
-from .target_meshes import closed_mesh
+from .scene_meshes import closed_mesh
 from .weight_grids import weight_rows
 
 Read = Callable[[str, str], tuple[Path, bytes]]

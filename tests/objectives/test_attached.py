@@ -18,7 +18,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from place_rings.coverage.robots.robot import Robot
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.coverage.solids.polyhedra import Polyhedron, box, placed
+from place_rings.coverage.solids.polyhedra import box, placed
 from place_rings.coverage.targets.named import ProtectiveVolume, ReachSphere, Shell
 from place_rings.objectives.blind_spots import blind_spots
 from place_rings.objectives.feasibility.clearance import MountClearance
@@ -46,10 +46,6 @@ CAPSULES = st.builds(capsule, points_mm(300), points_mm(300), st.integers(20, 15
 )
 
 
-def attached(name: str, link: str, solid: Polyhedron | Capsules) -> Attached:
-    return Attached(name, link, solid)
-
-
 def scene_of(robot: Robot, deg: tuple[int, ...], **fields: object) -> Scene:
     pose = Pose(np.radians(deg[: len(robot.chain)]))
     return Scene(robot=robot, poses=(pose,), targets=(NEAR,), **fields)
@@ -68,7 +64,7 @@ def test_an_attached_polyhedron_is_an_obstacle_where_its_link_stands(
     occlusion, name, deg, link, body, setup
 ):
     robot = ROBOTS[name]
-    carries = scene_of(robot.with_attached((attached("a", link, body),)), deg, occlusion=occlusion)
+    carries = scene_of(robot.with_attached((Attached("a", link, body),)), deg, occlusion=occlusion)
     q = carries.poses[0].q
     there = placed(body, link_pose(robot, link, q))
     stands = scene_of(robot, deg, occlusion=occlusion, obstacles=(Obstacle("a", there),))
@@ -83,7 +79,7 @@ def test_an_attached_polyhedron_bounds_what_is_reachable_as_an_obstacle_does(
 ):
     """Beside a wall, too; if both enclose the robot, both say so."""
     robot, cut = ROBOTS[name], replace(NEAR, reachable=True)
-    carries = scene_of(robot.with_attached((attached("a", link, body),)), deg)
+    carries = scene_of(robot.with_attached((Attached("a", link, body),)), deg)
     walls = (Obstacle("wall", box([0.4, 0, 0], [0.1, 9, 9])),) if wall else ()
     there = Obstacle("a", placed(body, link_pose(robot, link, carries.poses[0].q)))
     counts = []
@@ -106,7 +102,7 @@ def test_a_lid_at_the_tool_puts_what_lies_in_a_bin_out_of_reach():
     sides += [box([1.5, s * half, 0.2], [0.6, thick, wide]) for s in (-1, 1)]
     sides.append(box([1.8, 0, 0.2], [thick, wide, wide]))
     cell = tuple(Obstacle(f"side {i}", one) for i, one in enumerate(sides))
-    lid = attached("lid", "tcp", placed(box([1.2, 0, 0.2], [thick, wide, wide]), to_tool))
+    lid = Attached("lid", "tcp", placed(box([1.2, 0, 0.2], [thick, wide, wide]), to_tool))
     deg, target = tuple(np.degrees(robot.rest)), ReachSphere(reachable=True)
     inside = np.array([[1.4, 0.0, 0.2]])
     for carrier, reached in ((robot, True), (robot.with_attached((lid,)), False)):
@@ -117,7 +113,7 @@ def test_a_lid_at_the_tool_puts_what_lies_in_a_bin_out_of_reach():
 def test_the_body_nearest_to_a_blind_spot_may_be_a_tool():
     robot = ROBOTS["ur10"]
     T = link_pose(robot, "tcp", robot.rest)
-    plate = attached("plate", "tcp", box([0.0, 0.5, 0.0], [0.3, 0.02, 0.3]))
+    plate = Attached("plate", "tcp", box([0.0, 0.5, 0.0], [0.3, 0.02, 0.3]))
     beyond = T @ np.array([0.0, 0.6, 0.0, 1.0])
     target = pr.Box((0.1, 0.1, 0.1), tuple(beyond[:3]), name="beyond").target
     found = {}
@@ -133,7 +129,7 @@ def test_the_body_nearest_to_a_blind_spot_may_be_a_tool():
 @settings(max_examples=3)
 @given(ROBOT_NAMES, ANGLES, st.lists(st.tuples(LINKS, POLYHEDRA | CAPSULES), max_size=3), setups(6))
 def test_the_octree_counts_what_a_dense_count_finds(rule, name, deg, solids, setup):
-    carried = tuple(attached(f"a{i}", *s) for i, s in enumerate(solids))
+    carried = tuple(Attached(f"a{i}", *s) for i, s in enumerate(solids))
     scene = scene_of(ROBOTS[name].with_attached(carried), deg)
     voxel, solid = 0.08, scene.solid(NEAR, 0)
     low, high = solid.bounds() / voxel
@@ -162,7 +158,7 @@ def test_the_octree_counts_what_a_dense_count_finds(rule, name, deg, solids, set
 
 @given(ROBOT_NAMES, ANGLES, LINKS, CAPSULES)
 def test_an_attached_capsule_moves_with_its_link(name, deg, link, body):
-    robot = ROBOTS[name].with_attached((attached("a", link, body),))
+    robot = ROBOTS[name].with_attached((Attached("a", link, body),))
     q = np.radians(deg[: len(robot.chain)])
     T = link_pose(robot, link, q)
     moved = robot_capsules(robot, forward(robot.chain, q))
