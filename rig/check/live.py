@@ -14,8 +14,7 @@ from ...objectives.scene import Scene
 from ..recording.recording import Recording
 from ..rings.line_monitor import BAUD, Port
 from ..robot.link import START
-from ..robot.robot_mode import not_running
-from ..robot.state import JOINTS, State
+from ..robot.state import JOINTS, State, not_running
 from ..robot.vetting import LinkFaultError
 from ..rod.rod import Rod
 from ..session.session import Session

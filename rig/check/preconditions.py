@@ -12,8 +12,8 @@ from ...objectives.scene import Scene
 from ..poses.clear import sunk
 from ..poses.near_stops import NearStops
 from ..rings.protocol import Counts
-from ..robot.robot_mode import not_running
 from ..robot.rtde_requests import inputs_in_use
+from ..robot.state import not_running
 from .planned_check import ring_names
 from .port_matching import by_lines, text
 

@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float
 from ..rings.line_monitor import Happened
 from ..rings.protocol import Frame, Status
 from ..robot.motion import STANDS
-from ..robot.robot_mode import not_running
+from ..robot.state import not_running
 from ..robot.vetting import LinkFaultError
 from .session import Session
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...coverage.robots.calibration import DhTable
 from ..robot import primary_interface as primary
-from ..robot.robot_mode import RobotMode
+from ..robot.state import RobotMode
 from . import rtde
 from .arm import Arm
 

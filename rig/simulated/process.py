@@ -1,20 +1,30 @@
-"""Start a simulated rig in a process of its own, and send it commands."""
+"""Start a simulated rig in a process of its own, with a temporary folder, and send it commands.
 
+Folders are held by a lock; those of killed runs are removed at the next start.
+"""
+
+import fcntl
 import json
 import os
 import secrets
 import select
+import shutil
+import stat
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from ..closing import Closing
-from .run_folder import RunFolder
 
 _START = 120.0  # s to start Python and compile, on a busy machine
 _ANSWER = 20.0  # s
+PREFIX = "place-rings-rig-"
+_NEW, _LOCK, _SIGNED = ".new-", "lock", b"a run of place-rings\n"
 
 
 class SimulationError(Exception):
@@ -108,3 +118,53 @@ class SimulatedRig(Closing):
         line, _, self._left = self._left.partition(b"\n")
         answer: dict[str, Any] = json.loads(line)
         return answer
+
+
+class RunFolder:
+    """A new temporary folder, held until ``close`` or the end of this process, however it ends.
+
+    The lock is the operating system's (flock): it ends with the process, so no process number must
+    be trusted.
+    """
+
+    def __init__(self) -> None:
+        sweep()
+        new = Path(tempfile.mkdtemp(prefix=_NEW + PREFIX))
+        self._lock = os.open(new / _LOCK, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o600)
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
+        os.write(self._lock, _SIGNED)
+        # locked before another process can look for it
+        self.path = new.rename(new.with_name(new.name.removeprefix(_NEW)))
+
+    def close(self) -> None:
+        """Remove the folder."""
+        shutil.rmtree(self.path, ignore_errors=True)
+        os.close(self._lock)
+
+
+def sweep() -> list[Path]:
+    """Remove this user's folders whose run has ended without removing them; return them."""
+    removed = []
+    for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with suppress(OSError):
+            about = folder.lstat()
+            if stat.S_ISDIR(about.st_mode) and about.st_uid == os.getuid() and _dead(folder):
+                shutil.rmtree(folder)
+                removed.append(folder)
+    return removed
+
+
+def _dead(folder: Path) -> bool:
+    """Whether no process holds a folder; a folder without our signed lock is not ours."""
+    try:
+        lock = os.open(folder / _LOCK, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
+    except FileNotFoundError:
+        return False
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    else:
+        return os.read(lock, len(_SIGNED) + 1) == _SIGNED
+    finally:
+        os.close(lock)

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.robots.calibration import DhTable
-from ..robot.robot_mode import RobotMode
+from ..robot.state import RobotMode
 from .arm import Arm
 from .controller import PERIOD, Controller
 from .environment import Environment

@@ -5,8 +5,7 @@ import json
 import numpy as np
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.rings.line_monitor import Port
-from place_rings.rig.robot.robot_mode import RobotMode
-from place_rings.rig.robot.state import State
+from place_rings.rig.robot.state import RobotMode, State
 
 from .commands import call
 from .tape import about_file, recording_of

@@ -40,8 +40,7 @@ from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.rings.line_monitor import Event, Happened, Port
 from place_rings.rig.rings.ports import RingReaders
 from place_rings.rig.rings.protocol import Counts, encode
-from place_rings.rig.robot.robot_mode import RobotMode
-from place_rings.rig.robot.state import State
+from place_rings.rig.robot.state import RobotMode, State
 from place_rings.rig.rod.trial_plan import RodPlan
 from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session

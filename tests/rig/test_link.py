@@ -17,9 +17,8 @@ from place_rings.rig.check.preconditions import require_free_inputs
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.robot.link import Link
 from place_rings.rig.robot.motion import MotionLimits, Mover, MoveRefusedError
-from place_rings.rig.robot.robot_mode import RobotMode
 from place_rings.rig.robot.rtde_requests import INPUTS, PORT, inputs_in_use, refusal
-from place_rings.rig.robot.state import State
+from place_rings.rig.robot.state import RobotMode, State
 from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError, Vetting, between
 from place_rings.rig.simulated.process import SimulatedRig, command
 

@@ -17,7 +17,7 @@ from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.fit_record import truth_of
 from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import at_stops
-from place_rings.rig.simulated.run_folder import PREFIX, RunFolder, sweep
+from place_rings.rig.simulated.process import PREFIX, RunFolder, sweep
 from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.simulated_time import BUSY, Lateness, Pace, mount_check
 from place_rings.rig.simulated_cell.world import World
@@ -92,7 +92,7 @@ def test_the_same_seed_gives_the_same_check(stops):
 
 HOLD = """
 import sys
-from place_rings.rig.simulated.run_folder import RunFolder
+from place_rings.rig.simulated.process import RunFolder
 folder = RunFolder()
 print(folder.path, flush=True)
 sys.stdin.read()

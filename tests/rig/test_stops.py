@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from place_rings.rig.rings.line_monitor import Event, Happened
 from place_rings.rig.rings.protocol import Frame, Status
 from place_rings.rig.rings.zones import Zones
-from place_rings.rig.robot.robot_mode import RobotMode
-from place_rings.rig.robot.state import State
+from place_rings.rig.robot.state import RobotMode, State
 from place_rings.rig.robot.vetting import Ended, LinkFaultError
 from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session
