@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy import ndimage
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.joint_values import angles_apart, turned_near
@@ -243,11 +244,7 @@ def _at_stops(
 
 def _medians(group: np.ndarray, value: np.ndarray, groups: int) -> Float[np.ndarray, " G"]:
     """Return the median of the values of each group, nan for an empty group."""
-    ordered = value[np.lexsort((value, group))]
-    size = np.bincount(group, minlength=groups)
-    first = np.cumsum(size) - size
-    found = np.full(groups, np.nan)
-    some = size > 0
-    low, high = first[some] + (size[some] - 1) // 2, first[some] + size[some] // 2
-    found[some] = (ordered[low] + ordered[high]) / 2
+    found, some = np.full(groups, np.nan), np.unique(group)
+    if len(some):
+        found[some] = ndimage.median(value, group, some)
     return found
