@@ -19,7 +19,12 @@ import numpy as np
 from common import absent, installed, medians, own_process, peak_memory, say, table
 from growth import soft_task
 from place_rings.coverage.rings.ring import named_setup, ring_values
-from place_rings.coverage.rings.ring_kinematics import RingArrays, ring_arrays, ring_axes
+from place_rings.coverage.rings.ring_kinematics import (
+    RingArrays,
+    ring_arrays,
+    seen_from,
+    sensor_poses,
+)
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.soft.sampling import sample
 from place_rings.coverage.solids.cones import Cones, cone
@@ -111,7 +116,7 @@ def with_jax(task: Task) -> Method:
     cos, sin = jnp.cos(half)[None], jnp.sin(half)[None]
 
     def zeta(values: Any, width: Any) -> Any:
-        apex, axis = ring_axes(arrays, *values, frames)
+        apex, axis = seen_from(arrays, sensor_poses(arrays, *values), frames, up=False)
         f = cone(p[:, None], apex[None], axis[None], cos, sin, range_m[None])
         return jnp.mean(1 - jnp.prod(1 - jax.nn.sigmoid(-f / width), axis=1))
 
@@ -156,7 +161,8 @@ def with_torch(task: Task) -> Method:
 def with_numpy(task: Task) -> Method:
     """Return the value only in NumPy, one cone after the other to save memory."""
     shapes = task.arrays.beams
-    look = ring_axes(task.arrays, *task.values, task.frames)
+    seat = sensor_poses(task.arrays, *task.values)
+    look = seen_from(task.arrays, seat, task.frames, up=False)
     cones = Cones(*look, shapes.half_angle, shapes.range_m)
 
     def zeta(width: float) -> Any:

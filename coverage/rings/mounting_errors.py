@@ -22,8 +22,13 @@ from ..definitions.units import Degrees, Millimetres
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
 from ..solids.beams import Beams
-from .ring import Setup, ring_values
-from .ring_kinematics import RingArrays, SensorPoses, ring_arrays, seen_from, sensor_poses
+from .ring import Setup
+from .ring_kinematics import (
+    RingArrays,
+    SensorPoses,
+    seats,
+    seen_from,
+)
 
 
 @definition
@@ -187,8 +192,7 @@ def misplaced_cones(
     robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], errors: Misplaced
 ) -> list[Beams]:
     """Return V_FOV at pose ``q`` (J,) rad for each drawn mounting, base frame (64-bit NumPy)."""
-    v = ring_values(setup.groups)
-    here = ring_arrays(robot, setup.groups)
-    there = misplaced(here, sensor_poses(here, v.position, v.tilt, v.phase), errors)
+    here, seat = seats(robot, setup.groups)
+    there = misplaced(here, seat, errors)
     each = zip(*seen_from(here, there, forward(robot.chain, q), up=True), strict=True)
     return [here.beams.solids(*seats) for seats in each]

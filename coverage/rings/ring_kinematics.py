@@ -137,7 +137,12 @@ def sensor_poses(
     tilt: Float[Array, " R"],
     phase: Float[Array, " R"],
 ) -> SensorPoses:
-    """Return the poses of all sensors; for the arguments see ``ring_axes``."""
+    """Return the poses of all sensors.
+
+    Args:
+        arrays: rings and sensors.
+        position, tilt, phase: values of each ring; NumPy, or JAX, which can differentiate by them.
+    """
     xp, ring = namespace(position), arrays.ring
 
     def of_sensor(values: Array) -> Any:
@@ -152,6 +157,21 @@ def sensor_poses(
     centre = start + (position[ring] * of_sensor(arrays.length))[:, None] * axis
     apex = centre + of_sensor(arrays.radius)[:, None] * radial
     return SensorPoses(apex, xp.cos(lean) * radial + xp.sin(lean) * axis, centre, axis, radial)
+
+
+def seats(robot: Robot, groups: tuple[Group, ...]) -> tuple[RingArrays, SensorPoses]:
+    """Return rings and single sensors as arrays, and the poses of all sensors on their links."""
+    arrays, v = ring_arrays(robot, groups), ring_values(groups)
+    return arrays, sensor_poses(arrays, v.position, v.tilt, v.phase)
+
+
+def link_poses(seat: SensorPoses) -> Float[np.ndarray, "K 4 4"]:
+    """Return the poses of sensors as transforms: the beam points along z, and y is ``up``."""
+    up = up_of(seat.look, seat.along, seat.radial)
+    T = np.tile(np.eye(4), (len(up), 1, 1))
+    T[:, :3, :3] = np.stack([cross(up, seat.look), up, seat.look], axis=-1)
+    T[:, :3, 3] = seat.apex
+    return T
 
 
 def with_base(frames: Array) -> Any:
@@ -187,17 +207,6 @@ def up_of(look: Array, along: Array, radial: Array) -> Any:
     return up / root(dot(up, up))[..., None]
 
 
-def ring_beams(
-    arrays: RingArrays,
-    position: Float[Array, " R"],
-    tilt: Float[Array, " R"],
-    phase: Float[Array, " R"],
-    frames: Array,
-) -> tuple[Any, ...]:
-    """Return apexes and axes as ``ring_axes`` does, and the unit up vectors (..., K, 3)."""
-    return seen_from(arrays, sensor_poses(arrays, position, tilt, phase), frames, up=True)
-
-
 def seen_from(arrays: RingArrays, here: SensorPoses, frames: Array, up: bool) -> tuple[Any, ...]:
     """Return apexes m and unit axes of sensors in the base frame; with ``up`` also the up vectors.
 
@@ -223,24 +232,6 @@ def seen_from(arrays: RingArrays, here: SensorPoses, frames: Array, up: bool) ->
     )
 
 
-def ring_axes(
-    arrays: RingArrays,
-    position: Float[Array, " R"],
-    tilt: Float[Array, " R"],
-    phase: Float[Array, " R"],
-    frames: Array,
-) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
-    """Return apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame.
-
-    Args:
-        arrays: rings and sensors.
-        position, tilt, phase: values of each ring; NumPy, or JAX, which can differentiate by them.
-        frames: T_base_frame (..., F, 4, 4) from ``forward``.
-    """
-    apex, axis = seen_from(arrays, sensor_poses(arrays, position, tilt, phase), frames, up=False)
-    return apex, axis
-
-
 def sensor_axes(
     robot: Robot, setup: Setup, frames: Float[Array, "*batch F 4 4"]
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
@@ -248,10 +239,8 @@ def sensor_axes(
 
     ``frames`` are the robot's frames, T_base_frame (..., F, 4, 4) from ``forward``.
     """
-    values = ring_values(setup.groups)
-    return ring_axes(
-        ring_arrays(robot, setup.groups), values.position, values.tilt, values.phase, frames
-    )
+    apex, axis = seen_from(*seats(robot, setup.groups), frames, up=False)
+    return apex, axis
 
 
 def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Beams:
@@ -259,7 +248,6 @@ def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Beam
 
     It has one beam for each sensor: ring by ring, then those of the single sensors.
     """
-    groups, frames = setup.groups, forward(robot.chain, q)
-    here, v = ring_arrays(robot, groups), ring_values(groups)
-    seats = sensor_poses(here, v.position, v.tilt, v.phase)
-    return here.beams.solids(*seen_from(here, seats, frames, bool(here.beams.which)))
+    here, seat = seats(robot, setup.groups)
+    frames = forward(robot.chain, q)
+    return here.beams.solids(*seen_from(here, seat, frames, bool(here.beams.which)))

@@ -16,13 +16,12 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import cross
 from ..robots.robot import Robot
 from ..solids.capsules import Capsules
 from ..solids.polyhedra import Polyhedron
 from .mounted_sensor import MountedSensor
-from .ring import Ring, Setup, ring_values
-from .ring_kinematics import ring_arrays, sensor_poses, up_of
+from .ring import Ring, Setup
+from .ring_kinematics import link_poses, seats
 
 CLEAR = 1e-4  # m, by which a lifted sensor stands outside of all bodies
 FLUSH = 1e-6  # m, a sensor this near to a body's surface counts as inside
@@ -85,15 +84,9 @@ def lift_to_surface(robot: Robot, setup: Setup, limit: float) -> tuple[Setup, tu
 
 def _singles(robot: Robot, ring: Ring) -> list[MountedSensor]:
     """Return the sensors of a ring as single sensors on its link."""
-    here, v = ring_arrays(robot, (ring,)), ring_values((ring,))
-    seat = sensor_poses(here, v.position, v.tilt, v.phase)
-    up = up_of(seat.look, seat.along, seat.radial)
-    T = np.tile(np.eye(4), (ring.count, 1, 1))
-    T[:, :3, :3] = np.stack([cross(up, seat.look), up, seat.look], axis=-1)
-    T[:, :3, 3] = seat.apex
     return [
-        MountedSensor.from_frame(ring.link, T[k], ring.sensor, f"{ring.link}_{k}")
-        for k in range(ring.count)
+        MountedSensor.from_frame(ring.link, T, ring.sensor, f"{ring.link}_{k}")
+        for k, T in enumerate(link_poses(seats(robot, (ring,))[1]))
     ]
 
 

@@ -3,11 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 
-from ...coverage.choices import Along
 from ...coverage.definitions.errors import UserError, key_path, unusable
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Setup
@@ -169,7 +167,7 @@ def _urdf_sensors(path: Path, keys: LayoutUrdfModel, scene: Scene) -> Iterator[M
     from ..robots.urdf import read_urdf
     from ..sensors.urdf_frames import FramePattern, setup_of_urdf
 
-    pattern = FramePattern(keys.frames, cast(Along, keys.beam), rings=False)
+    pattern = FramePattern(keys.frames, keys.beam, rings=False)
     for one in setup_of_urdf(
         read_urdf(beside(path, "urdf.file", keys.file)), pattern, scene
     ).singles:

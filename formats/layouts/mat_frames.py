@@ -6,12 +6,10 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.choices import Along
 from ...coverage.definitions.errors import UserError, shown, unusable
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.rounding import frames_text
@@ -49,7 +47,7 @@ def sensors_of_mat(
         raise unusable("mat: link", keys.link, frames_text(robot))
     for k, T in enumerate(_frames(file, keys)):
         name = f"{file.stem}_{k}" if keys.row is None else f"{file.stem}_{keys.row}_{k}"
-        turned = looking_along_z(T, cast(Along, keys.beam))
+        turned = looking_along_z(T, keys.beam)
         yield single_at(robot, robot.frame_of(keys.link), turned, sensor, name[:100])
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import trimesh
 from jaxtyping import Float, Int
 from manifold3d import Manifold
 
@@ -63,24 +64,13 @@ def of_mesh(
 ) -> MassProperties:
     """Return the mass properties of a solid within a closed surface.
 
-    The integrals are sums over the tetrahedra between the origin and each triangle, signed by its
-    orientation (Tonon 2004, Explicit exact formulas for the 3-D tetrahedron inertia tensor).
-
     Args:
         vertices: corners, m.
         faces: indices of each triangle's corners, counterclockwise from outside.
         density: kg/m³.
     """
-    corners = vertices[faces]  # (T, 3 corners, 3)
-    six = np.linalg.det(corners)  # six times the volume of each tetrahedron
-    total = corners.sum(axis=1)
-    mass = density * six.sum() / 6
-    centre = density * (six[:, None] * total).sum(axis=0) / 24 / mass
-    # ∫ x xᵀ over a tetrahedron with a corner at 0: det/120 (Σ cᵢ cᵢᵀ + (Σ cᵢ)(Σ cᵢ)ᵀ)
-    squares = np.einsum("t,tci,tcj->ij", six, corners, corners)
-    squares += np.einsum("t,ti,tj->ij", six, total, total)
-    second = density * squares / 120 - mass * np.outer(centre, centre)
-    return MassProperties(float(mass), centre, np.trace(second) * np.eye(3) - second)
+    body = trimesh.triangles.mass_properties(vertices[faces], density=density)
+    return MassProperties(float(body.mass), body.center_mass, body.inertia)
 
 
 def of_solid(solid: Manifold, density: float) -> MassProperties:

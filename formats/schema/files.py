@@ -18,7 +18,7 @@ MODELS = {
     "safety": ("..simulation.safety", "SafetyResult"),
     "report": ("written_models", "ReportResult"),
     "export": ("written_models", "ExportResult"),
-    "sensors": ("sensor_pose_models", "SensorPosesFile"),
+    "sensors": (".sensors.sensor_poses", "SensorPosesFile"),
     "printing": ("print_models", "PrintResult"),
 }
 

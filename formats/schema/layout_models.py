@@ -8,6 +8,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from ...coverage.choices import Along
 from ...coverage.definitions.definition import refuse
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring
@@ -55,9 +56,7 @@ class LayoutUrdfModel(StrictModel):
 
     file: _Name = Field(description="the URDF, beside the layout")
     frames: _Name = Field(description="regular expression for the names of the sensor frames")
-    beam: Annotated[str, Field(pattern="^[xyz]$")] = Field(
-        default="x", description="axis of the frames along which the sensors look: x, y or z"
-    )
+    beam: Along = Field(default="x", description="axis of the frames along which the sensors look")
     package: dict[str, _Name] = Field(
         default={}, max_length=20, description="folders of packages of its meshes, by name"
     )
@@ -75,9 +74,7 @@ class LayoutMatModel(StrictModel):
         default=None, ge=1, description="number of the row in the cell array, from 1; omit for one"
     )
     link: _Name = Field(description="link of the robot in whose frame the transforms are")
-    beam: Annotated[str, Field(pattern="^[xyz]$")] = Field(
-        default="x", description="axis of the frames along which the sensors look: x, y or z"
-    )
+    beam: Along = Field(default="x", description="axis of the frames along which the sensors look")
 
 
 class LayoutFile(LayoutModel, VersionedFile):

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.arrays import cross
 from ...coverage.choices import Along
-from ...coverage.rings.ring import Setup, ring_values
-from ...coverage.rings.ring_kinematics import ring_arrays, sensor_poses, up_of
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring_kinematics import (
+    link_poses,
+    seats,
+)
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
 
@@ -51,15 +53,10 @@ def sensor_frames(robot: Robot, setup: Setup) -> tuple[SensorFrame, ...]:
         ValueError: if a ring or sensor sits on a link that the robot lacks.
     """
     groups = setup.groups
-    here, v = ring_arrays(robot, groups), ring_values(groups)
-    seat = sensor_poses(here, v.position, v.tilt, v.phase)
-    up = up_of(seat.look, seat.along, seat.radial)
-    T = np.tile(np.eye(4), (setup.sensors, 1, 1))
-    T[:, :3, :3] = np.stack([cross(up, seat.look), up, seat.look], axis=-1)
-    T[:, :3, 3] = seat.apex
+    here, seat = seats(robot, groups)
     return tuple(
-        SensorFrame(i, k, int(here.frame[i]), T[n], groups[i].sensor)
-        for n, (i, k) in enumerate(setup.labels)
+        SensorFrame(i, k, int(here.frame[i]), T, groups[i].sensor)
+        for (i, k), T in zip(setup.labels, link_poses(seat), strict=True)
     )
 
 

@@ -3,32 +3,129 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import ValidationError
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
+from ...coverage.choices import Along
+from ...coverage.definitions.definition import adapter, definition, fault, refuse
 from ...coverage.definitions.errors import UserError, explain, unusable
+from ...coverage.definitions.field_types import Items, Point, Text, as_tuple
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.joint_values import joint_keys, joint_keys_of, misnamed, ordered
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import BASE, BASE_FRAME, TCP_FRAME, Robot
+from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import Scene
-from ..schema.sensor_pose_models import (
-    RingPosesModel,
-    SensorPoseModel,
-    SensorPosesFile,
-    SinglePoseModel,
-)
-from ..schema.versions import FROM_FILE
+from ..schema.field_types import JointAngle
+from ..schema.versions import Versioned
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, setup_of_frames
 from .sensor_frames import SensorFrame, looking_along_z, sensor_frames
 from .single_fit import link_name, single_at
 
 _DIGITS = 12
 _MOST_KEYS = 200_000  # of a file
+_UNIT = 1e-3  # tolerance of the length of a quaternion
+_Name = Annotated[Text, Field(min_length=1)]
+
+
+def _of_length_1(xyzw: tuple[float, ...]) -> tuple[float, ...]:
+    if abs(math.hypot(*xyzw) - 1) > _UNIT:
+        raise fault(f"{[*xyzw]}", "a quaternion of length 1")
+    return xyzw
+
+
+_Component = Annotated[
+    float,
+    Field(ge=-1.001, le=1.001, description="component of the unit quaternion x, y, z, w"),
+]
+_Quaternion = Annotated[
+    tuple[_Component, _Component, _Component, _Component],
+    BeforeValidator(as_tuple),
+    AfterValidator(_of_length_1),
+]
+
+
+@definition(kw_only=True)
+class SensorPose:
+    """Pose of a sensor in the frame of its ring's link and, optionally, in the base frame at the
+    file's pose."""
+
+    name: _Name
+    """Name of the sensor."""
+    xyz: Point
+    """Position in the link's frame, m."""
+    xyzw: _Quaternion
+    """Orientation in the link's frame, quaternion x, y, z, w."""
+    base_xyz: Point | None = None
+    """Position in the base frame, m."""
+    base_xyzw: _Quaternion | None = None
+    """Orientation in the base frame, quaternion x, y, z, w."""
+
+    def __post_init__(self) -> None:
+        if (self.base_xyz is None) != (self.base_xyzw is None):
+            alone = None if self.base_xyz is None else "base_xyz alone"
+            refuse([(("base_xyz",), alone, "both base_xyz and base_xyzw, or neither")])
+
+
+@definition(kw_only=True)
+class RingPoses:
+    """A ring: its link, the frame in which its sensors are stated, and its sensors."""
+
+    link: _Name | None = None
+    """Link that carries the ring, if known."""
+    frame: _Name
+    """Joint that moves the link, or tcp."""
+    sensor: Sensor = Sensor()
+    """Sensor of the ring."""
+    sensors: Annotated[Items[SensorPose], Field(min_length=1, max_length=1000)]
+    """Poses of the sensors."""
+
+
+@definition(kw_only=True)
+class SinglePose(SensorPose):
+    """A single sensor: its pose on a link, and its beam."""
+
+    frame: _Name
+    """Joint that moves the link, tcp, or base."""
+    sensor: Sensor = Sensor()
+    """Beam of the sensor."""
+
+
+@definition(kw_only=True)
+class SetupPoses:
+    """Poses of sensors (JSON)."""
+
+    robot: Text = ""
+    """Name of the robot, for information only."""
+    beam: Along = "z"
+    """Axis of a sensor's frame along the beam."""
+    q_deg: Annotated[Items[JointAngle], Field(min_length=1, max_length=20)] | None = None
+    """Joint angles for base_xyz, degrees."""
+    q: Annotated[dict[str, JointAngle], Field(min_length=1, max_length=20)] | None = None
+    """Joint values for base_xyz by name and unit, such as shoulder_deg and rail_m, in place of
+    q_deg; a robot with prismatic joints needs them."""
+    rings: Annotated[Items[RingPoses], Field(max_length=1000)] = ()
+    """Rings with their sensors."""
+    sensors: Annotated[Items[SinglePose], Field(max_length=1000)] = ()
+    """Single sensors."""
+
+    def __post_init__(self) -> None:
+        if not self.rings and not self.sensors:
+            refuse([(("rings",), None, "one ring or single sensor, or more")])
+        if self.q_deg is not None and self.q is not None:
+            refuse([(("q",), "both", "either q_deg or q")])
+        posed = (*(s for ring in self.rings for s in ring.sensors), *self.sensors)
+        unknown = self.q_deg is None and self.q is None
+        if unknown and any(s.base_xyz is not None for s in posed):
+            refuse([(("q_deg",), None, "the joint angles for base_xyz, degrees")])
+
+
+SensorPosesFile: Any = Annotated[SetupPoses, Versioned()]
+"""The file ``sensors.json``."""
 
 
 def quaternion(T: Float[np.ndarray, "4 4"]) -> list[float]:
@@ -46,7 +143,7 @@ def place(T: Float[np.ndarray, "4 4"]) -> list[float]:
     return [round(float(v), _DIGITS) + 0.0 for v in T[:3, 3]]
 
 
-def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
+def poses_file(scene: Scene, setup: Setup, pose: int) -> SetupPoses:
     """Return the file with a setup's sensors in the frames of their links, and in the base frame at
     a pose of the scene."""
     q, robot = scene.poses[pose].q, scene.robot
@@ -66,13 +163,12 @@ def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
         some = [s for s in each if s.ring == i]
         beam, frame = group.sensor, link_name(robot, some[0].frame)
         if isinstance(group, Ring):
-            poses = [SensorPoseModel(**keys(s)) for s in some]
-            ring = RingPosesModel(link=group.link, frame=frame, sensor=beam, sensors=poses)
-            rings.append(ring)
+            poses = tuple(SensorPose(**keys(s)) for s in some)
+            rings.append(RingPoses(link=group.link, frame=frame, sensor=beam, sensors=poses))
         else:
-            singles.append(SinglePoseModel(frame=frame, sensor=beam, **keys(some[0])))
+            singles.append(SinglePose(frame=frame, sensor=beam, **keys(some[0])))
     joints = joint_keys_of(robot.chain, q)
-    return SensorPosesFile(robot=robot.name, **joints, rings=rings, sensors=singles)
+    return SetupPoses(robot=robot.name, **joints, rings=tuple(rings), sensors=tuple(singles))
 
 
 def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray, "4 4"]:
@@ -93,7 +189,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     if (count := text.count('":')) > _MOST_KEYS:
         raise UserError(f"{name}: found {count} keys, allowed: at most {_MOST_KEYS}")
     try:
-        file = SensorPosesFile.model_validate_json(text, context=FROM_FILE)
+        file: SetupPoses = adapter(SensorPosesFile).validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         if first["type"] == "json_invalid":
@@ -107,7 +203,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     if q is not None:  # the base comes last, which is BASE
         frames = np.concatenate([np.asarray(forward(robot.chain, q)), frames])
 
-    def posed(key: str, stated: SensorPoseModel, frame: int) -> Float[np.ndarray, "4 4"]:
+    def posed(key: str, stated: SensorPose, frame: int) -> Float[np.ndarray, "4 4"]:
         """Return the pose in its frame of a sensor that looks along z."""
         T = _transform(stated.xyz, stated.xyzw)
         if q is not None and stated.base_xyz is not None and stated.base_xyzw is not None:
@@ -136,7 +232,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     return replace(fitted, singles=(*fitted.singles, *singles))
 
 
-def _joint_values(name: str, file: SensorPosesFile, robot: Robot) -> Float[np.ndarray, " J"] | None:
+def _joint_values(name: str, file: SetupPoses, robot: Robot) -> Float[np.ndarray, " J"] | None:
     """Return the stated joint values (J,), rad or m; None if the file states none.
 
     Raises:

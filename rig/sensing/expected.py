@@ -16,8 +16,8 @@ from ...coverage.occlusion.first_return import Beam, capsule_in_beam
 from ...coverage.occlusion.polyhedron_return import polyhedron_in_beam
 from ...coverage.occlusion.ranging import slabs
 from ...coverage.pytrees import mapped
-from ...coverage.rings.ring import Setup, ring_values
-from ...coverage.rings.ring_kinematics import ring_arrays, ring_beams
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring_kinematics import seats, seen_from
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ...coverage.robots.robot import Robot
@@ -77,11 +77,9 @@ def expected(
 
 def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Beams:
     """Return the T times K beams of all sensors at all joint vectors, in the base frame."""
-    here, v = ring_arrays(scene.robot, setup.groups), ring_values(setup.groups)
+    here, seat = seats(scene.robot, setup.groups)
     frames = forward(scene.robot.chain, np.asarray(joints, float))
-    apex, axis, up = (
-        np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames)
-    )
+    apex, axis, up = (np.asarray(a).reshape(-1, 3) for a in seen_from(here, seat, frames, up=True))
     shapes = mapped(lambda a: np.tile(np.asarray(a), len(joints)), here.beams)
     return shapes.solids(apex, axis, up)
 

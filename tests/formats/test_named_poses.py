@@ -12,7 +12,7 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.cli.runs.robot import scene_text
-from place_rings.coverage.definitions.definition import adapter
+from place_rings.coverage.definitions.definition import adapter, json_of
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
@@ -238,7 +238,7 @@ def test_what_is_printed_names_joints(tmp_path):
 def test_sensor_poses_name_joints(folder):
     scene = Scene(ON_RAIL, (Pose(np.append(0.7, UR10.rest)),), rules=FREE, occlusion="ignore")
     setup = Setup.named("n1_3_0")
-    text = poses_file(scene, setup, 0).model_dump_json()
+    text = json_of(poses_file(scene, setup, 0))
     assert json.loads(text)["q"]["rail_m"] == pytest.approx(0.7)
     back = setup_of_poses("sensors.json", text, scene)
     assert [r.count for r in back.rings] == [r.count for r in setup.rings]
