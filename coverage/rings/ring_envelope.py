@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ..sensors.boards import PACKAGE
 from .clamp import Clamp
 
-_PACKAGE = (0.0049, 0.0025)  # m, size of a sensor's package along the ring and up the board
 # rad, of a split between sensors on either side: of three sensors, and less for more
 _MOST_LEAN = math.pi / 6
 
@@ -108,7 +108,7 @@ def _board_band(clamp: Clamp) -> Band:
         for u in (pocket.low - up, pocket.high + up)
         for v in (-pocket.deep, -board.lens_height, clamp.on_board)
     ]
-    corners += [(u, 0.0, _PACKAGE[0] / 2) for u in (-_PACKAGE[1] / 2, _PACKAGE[1] / 2)]
+    corners += [(u, 0.0, PACKAGE[0] / 2) for u in (-PACKAGE[1] / 2, PACKAGE[1] / 2)]
     if (lid := pocket.lid) is not None:
         corners += [
             (u, v, lid.half) for u in (lid.low, lid.high) for v in (lid.back, clamp.in_front)

@@ -18,6 +18,8 @@ MM = 0.001  # m
 _SH_REACH, _SH_HEIGHT = 7 * MM, 3 * MM
 PLUG_HALF = 3 * MM
 """Half the width of the room of a plug along its edge, or half the edge where that is less, m."""
+PACKAGE = (4.9 * MM, 2.5 * MM)
+"""Size of a sensor's package along the ring and up the board, m."""
 _Small = Annotated[float, Field(gt=0, le=0.2)]
 _Room = Annotated[float, Field(ge=0, le=0.1)]
 _Place = Pair[Annotated[float, Field(ge=-0.1, le=0.1, description="coordinate from the middle, m")]]

@@ -14,7 +14,7 @@ from ...coverage.electronics.bus_load import SUPPLY
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from .cabling import JointCrossing, cable_run, crossings
-from .wiring import FEED_V, RingWiring
+from .wiring import FEED_V, RingWiring, safe_name
 
 _EFFICIENCY = 0.85  # of a step-down regulator at full load: an estimate
 _MOST_DROP = 0.05  # of the feed's voltage, up to the farthest ring
@@ -190,7 +190,7 @@ def power_page(plan: PowerPlan) -> str:
     rows = [POWER_HEADS, ("---", *["---:"] * 5), *power_rows(plan)]
     fed = [ring for ring in plan.rings if ring.regulator_a is not None]
     lines = ["# Power of all rings", "", f"{plan.sentence}.", ""]
-    lines += ["| " + " | ".join(_cell(text) for text in row) + " |" for row in rows]
+    lines += ["| " + " | ".join(safe_name(text) for text in row) + " |" for row in rows]
     lines += ["", "Currents are the peaks of the sensors' boards and of the controllers."]
     if fed:
         lines += [
@@ -201,10 +201,5 @@ def power_page(plan: PowerPlan) -> str:
         ]
     lines += ["", "Leave this slack of every cable at each joint that it crosses:", ""]
     lines += ["| joint | slack, mm |", "| --- | ---: |"]
-    lines += [f"| {_cell(joint.joint)} | {1000 * joint.loop:.0f} |" for joint in plan.loops]
+    lines += [f"| {safe_name(joint.joint)} | {1000 * joint.loop:.0f} |" for joint in plan.loops]
     return "\n".join([*lines, ""])
-
-
-def _cell(text: str) -> str:
-    """Return text for a cell of a table: names of links are the user's."""
-    return "".join(c if c.isprintable() and c not in "\\|<>`" else "_" for c in text)

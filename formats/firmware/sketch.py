@@ -6,7 +6,7 @@ from importlib.resources import files
 
 from ...coverage.electronics.bus_load import CABLE_PF_M, MOST_MA, MOST_PF, RISE_NS
 from ...coverage.electronics.ring_bus import CHANNELS, BusSegment
-from .wiring import FEED_V, FIRST_MULTIPLEXER, RingWiring, address_pads
+from .wiring import FEED_V, FIRST_MULTIPLEXER, RingWiring, address_pads, safe_name
 
 _FOLDER = "place_rings_ring"
 DRAWING = "wiring.png"
@@ -24,7 +24,7 @@ def config(wiring: RingWiring) -> str:
     """Return ``ring_config.h``: board, pins and bus of one ring."""
     board, number = wiring.controller, wiring.count
     lines = [
-        f"// {_printable(wiring.title)}: {number} × {wiring.driver.title} on the {board.title}.",
+        f"// {safe_name(wiring.title)}: {number} × {wiring.driver.title} on the {board.title}.",
         "// Written by place-rings export; WIRING.md says how to wire it.",
         "#pragma once",
         "",
@@ -90,7 +90,7 @@ def instructions(wiring: RingWiring) -> str:
     board, sensor = wiring.controller, wiring.driver
     parts = [f"| {number} | {name} |" for number, name in wiring.parts]
     lines = [
-        f"# {_printable(wiring.title)}: {wiring.count} × {sensor.title}, {board.title}",
+        f"# {safe_name(wiring.title)}: {wiring.count} × {sensor.title}, {board.title}",
         "",
         f"![wiring]({DRAWING})",
         "",
@@ -220,8 +220,3 @@ def _free(wiring: RingWiring) -> list[str]:
         f" {reason} |"
         for reason in reasons
     ]
-
-
-def _printable(text: str) -> str:
-    """Return text for a comment or a heading: names of links are the user's."""
-    return "".join(c if c.isprintable() and c not in "\\|<>`?" else "_" for c in text)

@@ -233,3 +233,8 @@ def address_pads(number: int) -> str:
 def _plain(link: str) -> str:
     """Return a link's name as part of a file name."""
     return "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in link)[:40]
+
+
+def safe_name(text: str) -> str:
+    """Return text for a comment, a heading or a cell: names of links are the user's."""
+    return "".join(c if c.isprintable() and c not in "\\|<>`?" else "_" for c in text)

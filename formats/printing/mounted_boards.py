@@ -6,11 +6,9 @@ import math
 import numpy as np
 from manifold3d import Manifold
 
-from ...coverage.sensors.boards import PLUG_HALF
+from ...coverage.sensors.boards import PACKAGE, PLUG_HALF
 from .primitives import SMALL, box, union
 from .print_plan import MM, PrintPlan
-
-_PACKAGE = (4.9, 2.5)  # size of a sensor's package along the ring and up the board
 
 
 def on_board(plan: PrintPlan, x: float, y: float) -> tuple[float, float]:
@@ -31,10 +29,8 @@ def board(plan: PrintPlan, k: int) -> Manifold:
             (u, v, -plan.seat - 1.0)
         )
     if front < 0:
-        plate += box(
-            (-_PACKAGE[0] / 2, -_PACKAGE[1] / 2, front - 0.1),
-            (_PACKAGE[0] / 2, _PACKAGE[1] / 2, 0.0),
-        )
+        wide, high = (MM * side / 2 for side in PACKAGE)
+        plate += box((-wide, -high, front - 0.1), (wide, high, 0.0))
     return plate.transform(plan.frame(k))
 
 

@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
 from manifold3d import Manifold
 
 from ...coverage.rings.ring import Ring
@@ -83,9 +82,3 @@ def _chord(plan: PrintPlan) -> float:
     """Return the largest distance, mm, between the ends of a part's band, along its bore."""
     widest = max(last - first for first, last in plan.arcs)
     return float(2 * plan.bore * math.sin(widest / 2) - MM * plan.printing.gap)
-
-
-def rotation_z(degrees: float) -> Float[np.ndarray, "3 3"]:
-    """Return the rotation about z (3, 3) by an angle in degrees."""
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

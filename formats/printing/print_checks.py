@@ -12,7 +12,9 @@ from jaxtyping import Bool, Float
 from manifold3d import Manifold
 
 from ...coverage.rings.ring_envelope import Envelope
+from ...coverage.sensors.lids import MARGIN
 from ..schema.print_models import PrintCheck
+from .lids import lid_solid
 from .primitives import tube, union
 from .print_plan import MM, PrintPlan
 from .ring_solids import Assembly, envelope_solid
@@ -135,10 +137,24 @@ def neighbours(boards: list[Manifold]) -> float:
 
 
 def check_ring(
-    plan: PrintPlan, made: Assembly, files: Sequence[bytes], envelope: Envelope
+    plan: PrintPlan,
+    made: Assembly,
+    files: Sequence[bytes],
+    lids: Sequence[bytes],
+    envelope: Envelope,
 ) -> list[PrintCheck]:
-    """Return all measurements of a ring; ``envelope`` is the solid that must contain it."""
-    return [*_of_parts(plan, made, files), *_of_assembly(plan, made, envelope)]
+    """Return all measurements of a ring.
+
+    Args:
+        plan: the ring.
+        made: its solids.
+        files: STL files of its parts.
+        lids: STL file of a lid; empty without lids.
+        envelope: the solid that must contain the mounted ring.
+    """
+    inside = envelope_solid(plan, envelope)
+    checks = [*_of_parts(plan, made, files), *_of_assembly(plan, made, inside)]
+    return checks + [check for lid in lids for check in _of_lids(plan, made, lid, inside)]
 
 
 def _of_parts(plan: PrintPlan, made: Assembly, files: Sequence[bytes]) -> list[PrintCheck]:
@@ -162,10 +178,10 @@ def _of_parts(plan: PrintPlan, made: Assembly, files: Sequence[bytes]) -> list[P
     ]
 
 
-def _of_assembly(plan: PrintPlan, made: Assembly, envelope: Envelope) -> list[PrintCheck]:
+def _of_assembly(plan: PrintPlan, made: Assembly, inside: Manifold) -> list[PrintCheck]:
     """Return the measurements of the closed ring with bolts and boards, on its link."""
     boards, p = union([*made.boards, *made.plugs]), plan.printing
-    plastic, inside = union(made.parts), envelope_solid(plan, envelope)
+    plastic = union(made.parts)
     solid = plastic + made.bolts
     return [
         at_most("overlap of two parts", _shared(made.parts), "mm³", NOTHING),
@@ -183,6 +199,28 @@ def _of_assembly(plan: PrintPlan, made: Assembly, envelope: Envelope) -> list[Pr
             "mm",
             1e-3,
         ),
+    ]
+
+
+def _of_lids(plan: PrintPlan, made: Assembly, data: bytes, inside: Manifold) -> list[PrintCheck]:
+    """Return all measurements of the lids of a ring, and of the STL file of one."""
+    mesh, p, lids = read_stl(data), plan.printing, union(made.lids)
+    covers, ring = lids + union(made.heads), union([*made.parts, made.bolts])
+    boards = union([*made.boards, *made.plugs])
+    one = lid_solid(plan)
+    return [
+        at_most("open edges in the file of a lid", open_edges(mesh), "", 0.0),
+        at_most("separate pieces of a lid", pieces(one), "", 1.0),
+        at_least("least wall of a lid", least_wall(one), p.least_wall),
+        at_most("overhang of a lid beyond 45°", 100 * overhang(mesh), "%", 100 * p.overhang),
+        nothing("overlap of lids and ring", covers ^ ring),
+        nothing("overlap of lids and boards", covers ^ boards),
+        at_least("distance between lids", neighbours(made.lids), p.clearance),
+        at_least("distance from lids to bolts", covers.min_gap(made.bolts, NEAR), p.clearance),
+        at_least("distance from lids to link", covers.min_gap(made.link, NEAR), p.slack),
+        at_least("distance from beams to lids", made.beams.min_gap(lids, NEAR), MARGIN),
+        nothing("overlap of beams with lids and screws", made.beams ^ covers),
+        nothing("volume of lids outside the envelope", covers - inside),
     ]
 
 

@@ -10,6 +10,7 @@ from manifold3d import Manifold
 
 from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Ring, Setup
+from ...coverage.robots.kinematics import rotation_rpy
 from ...coverage.robots.robot import TCP_FRAME, Robot
 from ...coverage.sensors.board_packing import Printing
 from ...objectives.feasibility.ring_envelopes import envelope
@@ -18,9 +19,8 @@ from ..schema.print_models import PrintedLids, PrintedRing, PrintResult
 from .blocks import thread
 from .bolts import fastening, longest_sold
 from .lettering import part_label
-from .lid_checks import check_lids
 from .lids import flat_lid, lid_frames
-from .print_bed import PLATE, Bed, bed_yaw, build_ring, rotation_z
+from .print_bed import PLATE, Bed, bed_yaw, build_ring
 from .print_checks import check_ring, printing_origin, stl
 from .print_plan import MM, PrintPlan, UnbuildableError
 from .print_plates import print_plates
@@ -47,9 +47,7 @@ def print_ring(
     files = [stl(part, yaw) for part, yaw in zip(made.parts, yaws, strict=True)]
     name = f"ring{number}_{_plain(ring.link)}"
     lids, lid_files = printed_lids(scene.robot, plan, f"{name}_lid.stl")
-    checks = check_ring(plan, made, files, envelope(scene, ring))
-    if made.lids:
-        checks += check_lids(plan, made, lid_files[0], envelope(scene, ring))
+    checks = check_ring(plan, made, files, lid_files, envelope(scene, ring))
     for check in checks:
         if not check.holds:
             allowed = (
@@ -63,10 +61,7 @@ def print_ring(
     mount = scene.robot.mount(ring.link)
     board = plan.pocket.board
     names = [f"{name}_{chr(ord('a') + i)}.stl" for i in range(len(files))]
-    sizes = [
-        np.ptp(np.reshape(_turned(part, yaw).bounding_box(), (2, 3)), axis=0)
-        for part, yaw in zip(made.parts, yaws, strict=True)
-    ]
+    sizes = [_size(part, yaw) for part, yaw in zip(made.parts, yaws, strict=True)]
     record = PrintedRing(
         ring=number,
         link=ring.link,
@@ -75,7 +70,7 @@ def print_ring(
         tilt_deg=round(math.degrees(ring.tilt), 4),
         radius_mm=plan.radius,
         bore_mm=2 * plan.bore,
-        size_mm=[float(size) for size in np.max(sizes, axis=0)],
+        size_mm=np.max(sizes, axis=0).tolist(),
         flipped=ring.tilt < 0,
         board=board.source,
         screws="{} × {}".format(*screws) if (screws := board_screws(plan)) else "none: glue",
@@ -110,11 +105,10 @@ def printed_lids(
     if (yaw := bed_yaw(lid, bed)) is None:
         raise UnbuildableError("its lids do not fit printing.bed_mm")
     places = [placed(robot, plan, lid, yaw, T) for T in lid_frames(plan)]
-    size = np.ptp(np.reshape(_turned(lid, yaw).bounding_box(), (2, 3)), axis=0)
     lids = PrintedLids(
         file=file,
         copies=len(places),
-        size_mm=[float(v) for v in size],
+        size_mm=_size(lid, yaw).tolist(),
         T_link_print=[np.round(T, 9).tolist() for T in places],
     )
     return lids, [stl(lid, yaw)]
@@ -141,6 +135,11 @@ def _turned(part: Manifold, yaw: float) -> Manifold:
     return part.rotate((0.0, 0.0, yaw)) if yaw else part
 
 
+def _size(part: Manifold, yaw: float) -> Float[np.ndarray, " 3"]:
+    """Return the dimensions (3,) mm of a part in its printing orientation."""
+    return np.ptp(np.reshape(_turned(part, yaw).bounding_box(), (2, 3)), axis=0)
+
+
 def placed(
     robot: Robot,
     plan: PrintPlan,
@@ -162,7 +161,8 @@ def placed(
     """
     ring, mount = plan.ring, robot.mount(plan.ring.link)
     T_ring_file, T = np.eye(4), np.eye(4) if T_print_part is None else T_print_part
-    T_ring_file[:3, :3] = plan.T_ring_print @ T[:3, :3] @ rotation_z(-yaw)
+    back = rotation_rpy(0.0, 0.0, math.radians(-yaw))
+    T_ring_file[:3, :3] = plan.T_ring_print @ T[:3, :3] @ back
     origin = np.array(printing_origin(_turned(part, yaw)))
     T_ring_file[:3, 3] = (T_ring_file[:3, :3] @ origin + plan.T_ring_print @ T[:3, 3]) / MM
     T_link_file: np.ndarray = mount.T_link_ring(ring.position) @ T_ring_file

@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.clamp import Bolt, Clamp, clamp_of
 from ...coverage.rings.ring import Ring
+from ...coverage.robots.kinematics import rotation_rpy
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.sensors.board_packing import Pocket, Printing
 from ...coverage.sensors.boards import Board
@@ -110,9 +111,8 @@ def plan_ring(
     flip = -1.0 if ring.tilt < 0 else 1.0
     angles = flip * (ring.phase + 2 * math.pi * np.arange(ring.count) / ring.count)
     turn = _split(angles)
-    R = np.eye(3)
-    R[:2, :2] = _rotation(-turn)
-    T_ring_print, joints = np.diag([1.0, flip, flip]) @ R, np.array([0.0, math.pi])
+    T_ring_print = np.diag([1.0, flip, flip]) @ rotation_rpy(0.0, 0.0, -turn)
+    joints = np.array([0.0, math.pi])
     plan = PrintPlan(ring, printing, clamp, angles + turn, T_ring_print, joints)
     if parts == 2:
         return replace(plan, lean=_lean(plan))
@@ -150,11 +150,6 @@ def _buildable(scene: Scene, ring: Ring, printing: Printing) -> Board:
     if why := unfit(replace(printed, rules=replace(scene.rules, mount="real")), ring):
         raise UnbuildableError(why if unfit(printed, ring) else f"{why}; {_BODILESS}")
     return board
-
-
-def _rotation(angle: float) -> Float[np.ndarray, "2 2"]:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s], [s, c]])
 
 
 def _split(angles: Float[np.ndarray, " n"]) -> float:
