@@ -151,6 +151,9 @@ class _OfScene:
     def __reduce__(self) -> str:
         return "OF_SCENE"  # one object, in copies too
 
+    def __format__(self, _: str) -> str:
+        return "OF_SCENE"
+
     __repr__ = __reduce__
 
 

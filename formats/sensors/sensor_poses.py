@@ -86,7 +86,7 @@ class RingPoses:
 
 
 @definition(kw_only=True)
-class SinglePose(SensorPose):
+class PosedSensor(SensorPose):
     """A single sensor: its pose on a link, and its beam."""
 
     frame: _Name
@@ -110,7 +110,7 @@ class SetupPoses:
     q_deg; a robot with prismatic joints needs them."""
     rings: Annotated[Items[RingPoses], Field(max_length=1000)] = ()
     """Rings with their sensors."""
-    sensors: Annotated[Items[SinglePose], Field(max_length=1000)] = ()
+    sensors: Annotated[Items[PosedSensor], Field(max_length=1000)] = ()
     """Single sensors."""
 
     def __post_init__(self) -> None:
@@ -166,7 +166,7 @@ def poses_file(scene: Scene, setup: Setup, pose: int) -> SetupPoses:
             poses = tuple(SensorPose(**keys(s)) for s in some)
             rings.append(RingPoses(link=group.link, frame=frame, sensor=beam, sensors=poses))
         else:
-            singles.append(SinglePose(frame=frame, sensor=beam, **keys(some[0])))
+            singles.append(PosedSensor(frame=frame, sensor=beam, **keys(some[0])))
     joints = joint_keys_of(robot.chain, q)
     return SetupPoses(robot=robot.name, **joints, rings=tuple(rings), sensors=tuple(singles))
 
