@@ -141,14 +141,14 @@ def _said_if_long() -> Iterator[None]:
 def _numbers(values: Any, shape: tuple[int, ...]) -> jax.Array:
     """Return values of rings, traced or not; raise InputError for another shape."""
     try:
-        found = jnp.asarray(values)
+        array = jnp.asarray(values)
     except (TypeError, ValueError) as error:
         raise InputError(
             f"found values that are not numbers, allowed: numbers {shape}", "values"
         ) from error
-    if found.shape != shape or jnp.iscomplexobj(found):
-        raise InputError(f"found shape {found.shape}, allowed: numbers {shape}", "values")
-    return found
+    if array.shape != shape or jnp.iscomplexobj(array):
+        raise InputError(f"found shape {array.shape}, allowed: numbers {shape}", "values")
+    return array
 
 
 def _check_width(width: Any) -> None:

@@ -130,7 +130,7 @@ def _rose(ax: Axes, found: Approaches, sectors: int) -> None:
 
 def _distances(ax: Axes, found: Approaches) -> None:
     """Plot the distance at the first report against the distance at which a report is due."""
-    report, due = np.nan_to_num(found.report, nan=0.0), np.nan_to_num(found.asked, nan=0.0)
+    report, due = np.nan_to_num(found.report, nan=0.0), np.nan_to_num(found.due, nan=0.0)
     edges = np.linspace(0, max(float(report.max()), float(due.max()), 0.1), 41)
     ax.hist(due, list(edges), color=_ASKED, alpha=0.55, label="distance at which a report is due")
     ax.hist(
@@ -148,7 +148,7 @@ def _distances(ax: Axes, found: Approaches) -> None:
 def _robot(ax: Axes, m: Moments, at: int, cones: Beams, turn: float, flat: list[int]) -> None:
     """Draw the robot at moment ``at``, its separation distances, and the beams of its sensors."""
     seen = [turned(p, turn) for p in (m.start[at], m.end[at])]
-    near = capsule_outlines(seen[0], seen[1], m.radius + m.asked[at], flat)
+    near = capsule_outlines(seen[0], seen[1], m.radius + m.required[at], flat)
     ax.add_collection(PolyCollection(near, facecolor=_NEAR, edgecolor=_NEAR, lw=0.5, zorder=0.5))
     beams = [
         outline(turned(cones.surface(i, len(DISC))[0], turn)[:, flat]) for i in range(len(cones))
@@ -215,9 +215,7 @@ def _approach(
         if not np.isfinite(reported)
         else f"first reported at {100 * reported:.0f} cm"
     )
-    due = (
-        f"due at {100 * found.asked[k]:.0f} cm" if np.isfinite(found.asked[k]) else "due at contact"
-    )
+    due = f"due at {100 * found.due[k]:.0f} cm" if np.isfinite(found.due[k]) else "due at contact"
     plain(
         top,
         f"from {np.degrees(azimuth) % 360:.0f}°, at the moment a report is due\n{due}; {end}",

@@ -37,7 +37,7 @@ def rows(found: Approaches, moments: Moments) -> list[Mapping[str, Any]]:
             ),
             "first_sight_m": number(found.sight[k]),
             "first_report_m": number(found.report[k]),
-            "due_m": number(found.asked[k]),
+            "due_m": number(found.due[k]),
             "in_time": int(found.in_time[k]),
         }
         for k in range(len(found.azimuth))

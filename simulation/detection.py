@@ -92,7 +92,7 @@ class Approaches:
     """Distance at the first sighting."""
     report: Float[np.ndarray, " A"]
     """Distance at the first report; NaN without a report before contact."""
-    asked: Float[np.ndarray, " A"]
+    due: Float[np.ndarray, " A"]
     """Distance when S_p was first broken."""
     broken_step: np.ndarray
     """Step of the walk at which S_p was first broken, (A,)."""
@@ -155,7 +155,7 @@ def start_of(robot: Robot, setup: Setup, moments: Moments) -> float:
     )
     return (
         max(robot.reach, far)
-        + max(float((range_m / np.cos(half)).max()), float(moments.asked.max()))
+        + max(float((range_m / np.cos(half)).max()), float(moments.required.max()))
         + _BEYOND
     )
 
@@ -200,7 +200,7 @@ def approach(
             for p in (body.start, body.end)
         )
         at = which[batch].ravel()
-        rows = (a, b, moments.start[at], moments.end[at], moments.asked[at])
+        rows = (a, b, moments.start[at], moments.end[at], moments.required[at])
         clear = slabs(
             _clearances, rows, (jnp.asarray(body.radius), jnp.asarray(moments.radius)), _SLAB
         )

@@ -41,7 +41,7 @@ class Moments:
     """Radii of the pieces, m."""
     speed: Float[np.ndarray, "M N"]
     """Speeds of the pieces, m/s."""
-    asked: Float[np.ndarray, "M N"]
+    required: Float[np.ndarray, "M N"]
     """Required separation distances of the pieces, m."""
     weight: Float[np.ndarray, " M"]
     """Weights of the moments, with sum 1."""

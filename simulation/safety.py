@@ -131,8 +131,8 @@ class SafetyMotion:
         return Separations.of(
             terms,
             separation(terms, fastest, stopping_time(terms, scene.robot.name, fastest)),
-            float(self.full.asked.min()),
-            float(self.moments.weight @ self.full.asked.mean(axis=1)),
+            float(self.full.required.min()),
+            float(self.moments.weight @ self.full.required.mean(axis=1)),
             fastest,
             self.moments.together or all(p.rate is not None for p in scene.poses),
         )
@@ -202,7 +202,7 @@ def simulate(
         progress: receives the number of finished approaches, from 0, and the number of all.
     """
     began, count, moments = time.perf_counter(), options.approaches, motion.moments
-    needed, range_m = motion.full.asked, float(sensor_optics(setup)[1].min())
+    needed, range_m = motion.full.required, float(sensor_optics(setup)[1].min())
     needed_m = float(needed.max())
     farther = seeing_as_far(setup, needed_m)
     start = start_of(scene.robot, farther, moments)
@@ -232,7 +232,7 @@ def simulate(
         nearest_report_m=float(np.nanmin(first.report)) if reported.any() else None,
         by_direction=_by_direction(first, options.directions),
         separation=motion.separation(scene),
-        separation_at_report_m=float(moments.asked.max()),
+        separation_at_report_m=float(moments.required.max()),
         period_s=float(motion.timing.period.max()),
         latency_s=options.latency,
         rate_assumed=motion.assumed,

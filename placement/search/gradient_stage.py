@@ -72,10 +72,10 @@ def accelerated(device: Device) -> bool:
     """
     if device == "cpu":
         return False
-    found = jax.default_backend()
-    if device == "gpu" and found == "cpu":
+    backend = jax.default_backend()
+    if device == "gpu" and backend == "cpu":
         raise ValueError("found gpu, but JAX finds none here, allowed: auto or cpu")
-    return found != "cpu"
+    return backend != "cpu"
 
 
 def suits(space: Space, aim: Criterion) -> bool:

@@ -65,7 +65,7 @@ def test_sensors_that_see_all_around_and_far_report_everybody():
     ring = Ring("upper_arm", 0.0, 8, 0.0, sensor=Sensor(math.radians(120), 4.0))
     found = run(Setup((ring, replace(ring, tilt=0.8), replace(ring, tilt=-0.8))))
     assert found.in_time.all()
-    assert np.all(found.sight > found.asked)
+    assert np.all(found.sight > found.due)
 
 
 def test_the_person_walks_on_the_scenes_floor():
@@ -95,10 +95,10 @@ def test_distances_are_those_of_points_on_the_body():
             - STILL.radius
             - body.radius[:, None, None]
         )
-        assert gap.min() == pytest.approx(found.asked[k], abs=1e-3)
-        assert (gap - STILL.asked[0]).min() < 1e-3
+        assert gap.min() == pytest.approx(found.due[k], abs=1e-3)
+        assert (gap - STILL.required[0]).min() < 1e-3
         # not much earlier: limbs swing faster than the body walks
-        assert (gap - STILL.asked[0]).min() > -1.6 * STEP * 2.5
+        assert (gap - STILL.required[0]).min() > -1.6 * STEP * 2.5
 
 
 @pytest.mark.parametrize("worse", ["latency", "period", "range", "shadow", "blind"])
@@ -132,10 +132,10 @@ def test_a_moving_robot_asks_for_more_than_one_that_stands():
     moving = moments_of_record(UR10, MotionRecord(time, q), Safety(reaction=0.0))
     assert moving.together
     assert np.allclose(moving.speed[5:-5].max(axis=1), moving.speed[20].max(), rtol=1e-6)
-    assert moving.asked.max() > STILL.asked.max()
+    assert moving.required.max() > STILL.required.max()
     setup = named_setup("n1_8_0")
     found = run(setup, moving)
-    assert np.nanmax(found.asked) > np.nanmax(run(setup).asked)
+    assert np.nanmax(found.due) > np.nanmax(run(setup).due)
     assert np.all(found.moment < len(time) * 3)
 
 

@@ -20,8 +20,15 @@ from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.reporting import distance_figures
 from place_rings.simulation import distance as study
 from place_rings.simulation.approach import unseen_approaches
-from place_rings.simulation.believed_distance import beliefs
-from place_rings.simulation.distance import MODES, cell, measures, repeated, series, summary
+from place_rings.simulation.distance import (
+    MODES,
+    beliefs,
+    cell,
+    measures,
+    repeated,
+    series,
+    summary,
+)
 
 from ..support import drawing
 
