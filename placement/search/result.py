@@ -9,6 +9,7 @@ from pydantic import Field, PlainSerializer, PlainValidator
 from ...coverage.choices import Losing
 from ...coverage.definitions.definition import definition, fault
 from ...coverage.definitions.field_types import InPython, Items
+from ...coverage.definitions.records import JsonRecord
 from ...coverage.definitions.units import Covered, Decimals, Points
 from ...coverage.rings.mounting_errors import Mountings
 from ...coverage.rings.ring import Setup
@@ -28,7 +29,7 @@ def _outcome(text: Any) -> Outcome | str:
 
 
 @definition(kw_only=True)
-class SearchResult:
+class SearchResult(JsonRecord):
     """The search that produced a proposal.
 
     After Ctrl-C during the final count, ``exact`` is a rough value from coarser voxels and a subset
