@@ -81,8 +81,8 @@ def _one_proposal(path: Path, raw: dict[str, Any], table: str | None) -> dict[st
     alone = any(isinstance(raw.get(key), list) for key in _RINGS)
     several = [] if alone else [k for k, v in raw.items() if isinstance(v, dict) and _RINGS & {*v}]
     if table in several:
-        found: dict[str, Any] = raw[table]
-        return found
+        keys: dict[str, Any] = raw[table]
+        return keys
     names = ", ".join(map(shown, several))
     if table is not None:
         allowed = names or f"{path.name} without a name, because it does not hold several proposals"

@@ -123,9 +123,9 @@ class PoseTable:
         if (j := contradicted(chain, q)) is not None:
             led = next(chain.joints[m.leader] for m in chain.mimics if m.joint == j)
             key, settled = joint_keys(chain)[j], chain.settled(q)
-            found, wanted = (in_file_units(chain, v)[j] for v in (q, settled))
+            stated, wanted = (in_file_units(chain, v)[j] for v in (q, settled))
             where = ("q", key) if self.q_deg is None else ("q_deg", j)
-            yield where, found, f"{wanted:.6g}, as {chain.joints[j]} follows {led}"
+            yield where, stated, f"{wanted:.6g}, as {chain.joints[j]} follows {led}"
             return
         far = np.flatnonzero(chain.slides & (np.abs(q) > FARTHEST))
         beyond = int(far[0]) if len(far) else robot.beyond(q)

@@ -9,7 +9,6 @@ from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.robots.attached import Attached, ConvexSolid
 from ..coverage.robots.base_frame import HALF_TURN, turned, turned_rpy
 from ..coverage.solids.capsules import Capsules
-from ..coverage.solids.polyhedra import Polyhedron
 from .scene import Obstacle, Scene
 
 
@@ -17,7 +16,7 @@ def states_coordinates(scene: Scene) -> bool:
     """Return whether a scene states coordinates in the base frame that half a turn changes."""
     singles, attached = scene.standing, scene.robot.attached
     return (
-        any(len(one.body.edges) for one in scene.obstacles)
+        any(len(obstacle.body.edges) for obstacle in scene.obstacles)
         or BASE_LINK in {*(one.link for one in singles), *(one.link for one in attached)}
         or bool(scene.person and scene.person.areas)
         or any(not goal.named or goal.importance for goal in scene.targets)
@@ -47,35 +46,34 @@ def turned_person(person: Person) -> Person:
     return replace(person, areas=areas)
 
 
-def turned_obstacle(one: Obstacle) -> Obstacle:
+def turned_obstacle(obstacle: Obstacle) -> Obstacle:
     """Return an obstacle turned."""
-    return replace(one, body=_turned_solid(one.body), **_turned_keys(one))
+    return replace(obstacle, body=_turned_solid(obstacle.body), **_turned_keys(obstacle))
 
 
-def turned_single(one: MountedSensor) -> MountedSensor:
+def turned_single(sensor: MountedSensor) -> MountedSensor:
     """Return a single sensor turned if it is fixed to the base."""
-    if one.link != BASE_LINK:
-        return one
-    position, direction, up = turned(one.position), turned(one.direction), turned(one.up)
-    return replace(one, position=position, direction=direction, up=up)
+    if sensor.link != BASE_LINK:
+        return sensor
+    position, direction, up = turned(sensor.position), turned(sensor.direction), turned(sensor.up)
+    return replace(sensor, position=position, direction=direction, up=up)
 
 
-def turned_attached(one: Attached) -> Attached:
+def turned_attached(tool: Attached) -> Attached:
     """Return a solid turned if it is attached to the base."""
-    if one.link != BASE_LINK:
-        return one
-    keys = _turned_keys(one) | {"start": turned(one.start), "end": turned(one.end)}
-    return replace(one, solid=_turned_solid(one.solid), **keys)
+    if tool.link != BASE_LINK:
+        return tool
+    keys = _turned_keys(tool) | {"start": turned(tool.start), "end": turned(tool.end)}
+    return replace(tool, solid=_turned_solid(tool.solid), **keys)
 
 
 def _turned_solid(solid: Any) -> Any:
     if isinstance(solid, Capsules):
         return replace(solid, start=solid.start * HALF_TURN, end=solid.end * HALF_TURN)
-    assert isinstance(solid, Polyhedron)
     return replace(solid, normal=solid.normal * HALF_TURN, edges=solid.edges * HALF_TURN)
 
 
-def _turned_keys(one: ConvexSolid) -> dict[str, Any]:
+def _turned_keys(solid: ConvexSolid) -> dict[str, Any]:
     """Return the keys of a solid that half a turn changes: R becomes Z R Z, and points Z p."""
-    points = None if one.points is None else tuple(map(turned, one.points))
-    return {"centre": turned(one.centre), "rpy_deg": turned_rpy(one.rpy_deg), "points": points}
+    points = None if solid.points is None else tuple(map(turned, solid.points))
+    return {"centre": turned(solid.centre), "rpy_deg": turned_rpy(solid.rpy_deg), "points": points}

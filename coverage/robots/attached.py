@@ -102,8 +102,8 @@ Solid = TypeVar("Solid", bound=ConvexSolid)
 
 def named(solids: Iterable[Solid], noun: str) -> tuple[Solid, ...]:
     """Return solids with names: those without one are called ``noun`` and their number."""
-    each = enumerate(solids)
-    return tuple(one if one.name else replace(one, name=f"{noun} {i}") for i, one in each)
+    pairs = enumerate(solids)
+    return tuple(s if s.name else replace(s, name=f"{noun} {i}") for i, s in pairs)
 
 
 def refuse_file(solid: ConvexSolid) -> None:

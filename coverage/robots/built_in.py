@@ -39,16 +39,16 @@ def robot(name: str) -> Robot:
     return ROBOTS[name]
 
 
-def built_in(found: Robot) -> bool:
+def built_in(arm: Robot) -> bool:
     """Return whether this object is a built-in robot, with either description of its links in use,
     so that its name identifies it."""
-    known = ROBOTS.get(found.name)
+    known = ROBOTS.get(arm.name)
     if known is None:
         return False
     names = [field.name for field in fields(known)]
     return any(
-        all(getattr(found, name) is getattr(one, name) for name in names)
-        for one in (known, known.with_links(True), known.with_links(False))
+        all(getattr(arm, name) is getattr(described, name) for name in names)
+        for described in (known, known.with_links(True), known.with_links(False))
     )
 
 

@@ -217,19 +217,19 @@ class Robot:
         if not bare.bodies:
             raise ValueError(f"robot {bare.name} has no bodies, so nothing can be attached to it")
         bodies, carried = list(bare.bodies), list[CarriedPolyhedron]()
-        for one in (attached := named(attached, "attached")):
-            if one.link not in bare.carriers:
+        for tool in (attached := named(attached, "attached")):
+            if tool.link not in bare.carriers:
                 known = ", ".join(bare.carriers)
-                raise ValueError(f"robot {bare.name} has no link {one.link!r}; known: {known}")
-            refuse_file(one)
-            frame, T = bare.carriers[one.link], np.eye(4)
+                raise ValueError(f"robot {bare.name} has no link {tool.link!r}; known: {known}")
+            refuse_file(tool)
+            frame, T = bare.carriers[tool.link], np.eye(4)
             if frame > last:  # the TCP, which the last joint moves
                 frame, T = last, bare.chain.origin[-1]
-            solid = one.moved(T)
+            solid = tool.moved(T)
             if isinstance(solid, Polyhedron):
-                carried.append(CarriedPolyhedron(one.name, frame, solid, one.hulled))
+                carried.append(CarriedPolyhedron(tool.name, frame, solid, tool.hulled))
             else:
-                bodies.append(Body(one.name, frame, solid))
+                bodies.append(Body(tool.name, frame, solid))
         return replace(
             bare,
             bodies=tuple(bodies),
@@ -265,7 +265,7 @@ class Robot:
     def carriers(self) -> dict[str, int]:
         """``frames`` with the links of both descriptions, whichever is in use."""
         described = [links.mounts for links in (self.tube_links, self.joint_links) if links]
-        return {**{m.link: m.frame for some in described for m in some}, **self.frames}
+        return {**{m.link: m.frame for mounts in described for m in mounts}, **self.frames}
 
     def enclosed(self) -> "Robot":
         """Return the robot with bodies that contain all of it: a capsule about each polyhedron that
