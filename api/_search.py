@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import radians
 
 from ._arguments import renamed
 from ._errors import InputError, input_errors
@@ -42,10 +43,9 @@ def criterion(scene: CoreScene, options: SearchOptions) -> Criterion:
     """
     redundancy, losing, errors = options.redundancy, options.losing, None
     if options.tolerant:
-        position, direction = options.position_error_mm, options.direction_error_deg
-        errors = MountingErrors.of(
-            5.0 if position is None else position, 2.0 if direction is None else direction
-        )
+        mm, angle = options.position_error_mm, options.direction_error_deg
+        position, direction = 5.0 if mm is None else mm, 2.0 if angle is None else angle
+        errors = MountingErrors(position / 1000, radians(direction))
     if scene.over_poses == "worst" and (losing is not None or errors or redundancy > 1):
         raise InputError(
             "found worst, allowed: only without redundancy, losing and tolerant",
@@ -97,7 +97,15 @@ def search(call: SearchCall) -> Proposal:
     with input_errors(but=(InfeasibleError,)):
         space = space_of(call, scene)
     if call.gap:
-        _check_gap(scene, aim)
+        from .placement.bound.upper_bound import unboundable  # loads SciPy
+
+        if (reason := unboundable(scene, aim)) is not None:
+            raise InputError(
+                f"found a search with {reason}, for which no upper bound is known; allowed: named"
+                " targets without weights, and a scene without obstacles, attached solids and"
+                " mounting errors",
+                "gap",
+            )
     check_scene(scene, call.voxel)
     check_search_sight(scene)
     with input_errors("device"):
@@ -135,23 +143,6 @@ def search(call: SearchCall) -> Proposal:
         repeated=repeated if call.searches > 1 else None,
         verifier=verifier,
     )
-
-
-def _check_gap(scene: CoreScene, aim: Criterion) -> None:
-    """Check that an upper bound is known for a search, before it begins.
-
-    Raises:
-        InputError: otherwise.
-    """
-    from .placement.bound.upper_bound import unboundable
-
-    if (reason := unboundable(scene, aim)) is not None:
-        raise InputError(
-            f"found a search with {reason}, for which no upper bound is known; allowed: named"
-            " targets without weights, and a scene without obstacles, attached solids and mounting"
-            " errors",
-            "gap",
-        )
 
 
 def _bound(

@@ -43,11 +43,6 @@ class MountingErrors:
     """``uniform``: up to these limits either way. ``normal``: with half of them as standard
     deviations, so that 95 % stay within them."""
 
-    @staticmethod
-    def of(position_mm: float, direction_deg: float, law: Law = "uniform") -> "MountingErrors":
-        """Return the errors of limits in mm and degrees."""
-        return MountingErrors(position_mm / 1000, math.radians(direction_deg), law)
-
 
 @definition
 class Mountings(MountingErrors):
