@@ -95,14 +95,9 @@ def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
     scene's sensor receive it too."""
     if sensor is None:
         return scene
-    fixed = tuple(
-        replace(r, sensor=sensor) if r.sensor == scene.sensor else r for r in scene.rules.fixed
-    )
-    singles = tuple(
-        replace(one, sensor=sensor) if one.sensor == scene.sensor else one
-        for one in scene.rules.fixed_sensors
-    )
-    rules = replace(scene.rules, fixed=fixed, fixed_sensors=singles)
+    fixed = Setup(scene.rules.fixed, scene.rules.fixed_sensors)
+    fixed = fixed.with_sensors(lambda own: sensor if own == scene.sensor else own)
+    rules = replace(scene.rules, fixed=fixed.rings, fixed_sensors=fixed.singles)
     return replace(scene, sensor=sensor, rules=rules)
 
 

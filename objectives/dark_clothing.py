@@ -7,7 +7,6 @@ target of 17 %, the reflectance of dark clothing in makers' data sheets, at the 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..coverage.rings.mounted_sensor import MountedSensor
 from ..coverage.rings.ring import Setup
 from ..coverage.sensors.sensor import Sensor, effective
 from ..coverage.targets.target import Target
@@ -23,15 +22,7 @@ def in_dark_clothing(setup: Setup) -> Setup | None:
     figures of a catalogue or a sensor file, or if it has no sensor."""
     if not setup.sensors or any(group.sensor.use is None for group in setup.groups):
         return None
-    return Setup(
-        tuple(replace(ring, sensor=_dark(ring.sensor)) for ring in setup.rings),
-        dark_singles(setup.singles),
-    )
-
-
-def dark_singles(singles: tuple[MountedSensor, ...]) -> tuple[MountedSensor, ...]:
-    """Return single sensors likewise; those without such figures keep their range."""
-    return tuple(replace(one, sensor=_dark(one.sensor)) for one in singles)
+    return setup.with_sensors(_dark)
 
 
 def _dark(sensor: Sensor) -> Sensor:
@@ -51,7 +42,7 @@ def verify_dark(verifier: Verifier, setup: Setup, target: Target) -> Verified | 
     dark = None if verifier.rule == "certified" else in_dark_clothing(setup)
     if dark is None:
         return None
-    cell = dark_singles(verifier.scene.cell_sensors)
+    cell = Setup((), verifier.scene.cell_sensors).with_sensors(_dark).singles
     return verifier.in_scene(replace(verifier.scene, cell_sensors=cell)).verify(dark, target)
 
 

@@ -33,7 +33,6 @@ from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.occlusion.ranging import slabs
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.robots.robot import Robot
-from ..coverage.sensors.sensor import Sensor
 from ..coverage.solids.segments import segment_to_segment
 from ..objectives.scene import Scene
 from ..objectives.verified import High, Low
@@ -273,9 +272,4 @@ def _judged(
 def seeing_as_far(setup: Setup, range_m: float) -> Setup:
     """Return the setup with every sensor's range raised to at least ``range_m`` m, with unchanged
     beams."""
-
-    def far(sensor: Sensor) -> Sensor:
-        return replace(sensor, range_m=max(sensor.range_m, range_m))
-
-    rings = tuple(replace(r, sensor=far(r.sensor)) for r in setup.rings)
-    return Setup(rings, tuple(replace(s, sensor=far(s.sensor)) for s in setup.singles))
+    return setup.with_sensors(lambda own: replace(own, range_m=max(own.range_m, range_m)))

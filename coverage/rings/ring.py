@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 from typing import Annotated, Literal
@@ -137,6 +137,11 @@ class Setup:
         """Positions (row 0), tilts and phases (rows 1 and 2, rad) of the rings."""
         v = ring_values(self.rings)
         return np.stack([v.position, v.tilt, v.phase])
+
+    def with_sensors(self, change: Callable[[Sensor], Sensor]) -> "Setup":
+        """Return the setup with ``change`` applied to the sensor of each ring and single sensor."""
+        rings = tuple(replace(ring, sensor=change(ring.sensor)) for ring in self.rings)
+        return Setup(rings, tuple(replace(s, sensor=change(s.sensor)) for s in self.singles))
 
     def with_values(self, values: Float[np.ndarray, "3 R"]) -> "Setup":
         """Return the setup with the same rings at other positions, tilts and phases.

@@ -1,7 +1,7 @@
 """Setups in files: rounded to the precision of files, so that the verified setup is the written
 one, and with what they take from their scene."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -15,13 +15,7 @@ from .ring import RING_RADIUS, Setup
 def rounded(setup: Setup, sensor: Sensor) -> Setup:
     """Return the setup as it reads back from a proposal file of a scene with ``sensor``."""
     read = Setup(tuple(map(as_in_file, setup.rings)), setup.singles)
-    return _with_sensors(read, lambda own: sensor if own == sensor else _rounded(own))
-
-
-def _with_sensors(setup: Setup, change: Callable[[Sensor], Sensor]) -> Setup:
-    """Return a setup with ``change`` applied to the sensor of each ring and single sensor."""
-    rings = tuple(replace(ring, sensor=change(ring.sensor)) for ring in setup.rings)
-    return Setup(rings, tuple(replace(one, sensor=change(one.sensor)) for one in setup.singles))
+    return read.with_sensors(lambda own: sensor if own == sensor else _rounded(own))
 
 
 def _rounded(sensor: Sensor) -> Sensor:
@@ -34,7 +28,7 @@ def _rounded(sensor: Sensor) -> Sensor:
 
 def of_scene(setup: Setup, sensor: Sensor) -> Setup:
     """Return the setup as a file of a scene with ``sensor`` states it, which is not repeated."""
-    return _with_sensors(setup, lambda own: OF_SCENE if own == sensor else own)
+    return setup.with_sensors(lambda own: OF_SCENE if own == sensor else own)
 
 
 def table_of(setup: Setup, sensor: Sensor, lean: bool = False) -> dict[str, Any]:
@@ -61,9 +55,8 @@ def with_scene(setup: Setup, sensor: Sensor, radius: float = RING_RADIUS) -> Set
         ValueError: if the scene's sensor needs an ``up`` that a single sensor lacks.
     """
     rings = (replace(r, radius=radius) if r.radius is OF_SCENE else r for r in setup.rings)
-    return _with_sensors(
-        Setup(tuple(rings), setup.singles), lambda own: sensor if own is OF_SCENE else own
-    )
+    stated = Setup(tuple(rings), setup.singles)
+    return stated.with_sensors(lambda own: sensor if own is OF_SCENE else own)
 
 
 def setup_faults(

@@ -90,13 +90,12 @@ def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> 
     full, shape = scene.motion.near, (len(joints), setup.sensors)
     if not scene.robot.bodies or not len(joints):
         return NearStops(full, joints, np.full(shape, full), np.full(shape, NOBODY))
-    wide = tuple(replace(r, sensor=_wider(r.sensor)) for r in setup.rings)
-    singles = tuple(replace(s, sensor=_wider(s.sensor)) for s in setup.singles)
+    wide = setup.with_sensors(_wider)
     tilts = (1,) if scene.motion.rings_as_proposed else (1, -1)
     distance, body = np.full(shape, np.inf), np.full(shape, NOBODY)
     for slip, way in product((0.0, -_SLIP, _SLIP), tilts):
-        rings = tuple(replace(_slipped(scene, r, slip), tilt=way * r.tilt) for r in wide)
-        there = replace(setup, rings=rings, singles=singles)
+        rings = tuple(replace(_slipped(scene, r, slip), tilt=way * r.tilt) for r in wide.rings)
+        there = replace(wide, rings=rings)
         distance, body = _nearer(distance, body, *_to_robot(scene, there, joints, full + MARGIN))
     if not scene.motion.rings_as_proposed:
         mirror = _in_reverse(setup)
