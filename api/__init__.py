@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from ._report import report
     from ._robustness import RobustnessReport, robustness
     from ._safety import SafetyReport, safety
-    from ._scene import Scene
     from ._search import search
     from ._soft import coverage_fraction, sample_points
     from ._study import StudyReport, study
@@ -58,7 +57,7 @@ if TYPE_CHECKING:
     from .objectives.mount_rules import Limits, Rules
     from .objectives.poses import Pose
     from .objectives.prices import Prices
-    from .objectives.scene import Obstacle
+    from .objectives.scene import Obstacle, Scene
     from .placement.search.progress import Outcome, Progress
     from .placement.space.feasible_set import InfeasibleError
 
@@ -140,7 +139,6 @@ _MODULES = {
     "_report": ("report",),
     "_robustness": ("RobustnessReport", "robustness"),
     "_safety": ("SafetyReport", "safety"),
-    "_scene": ("Scene",),
     "_search": ("search",),
     "_soft": ("coverage_fraction", "sample_points"),
     "_study": ("StudyReport", "study"),
@@ -178,7 +176,7 @@ _MODULES = {
     "objectives.prices": ("Prices",),
     "objectives.mount_rules": ("Limits", "Rules"),
     "objectives.poses": ("Pose",),
-    "objectives.scene": ("Obstacle",),
+    "objectives.scene": ("Obstacle", "Scene"),
     "placement.space.feasible_set": ("InfeasibleError",),
     "placement.search.progress": ("Outcome", "Progress"),
 }

@@ -8,7 +8,6 @@ from typing import Any
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._proposal import Proposal
-from ._scene import Scene
 from .coverage.robots.robot import Robot
 from .coverage.sensors.effective_range import Use
 from .coverage.sensors.sensor import Sensor, effective
@@ -18,7 +17,7 @@ from .formats.schema.scene_models import SceneFile
 from .formats.schema.versions import RobotFile
 from .formats.toml_text import toml_keys
 from .formats.writing import to_toml, write_text
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import Scene
 
 
 def load(
@@ -81,16 +80,16 @@ def load(
         match _kind(file):
             case "rings":
                 setup, scene, model = read_proposal(file)
-                return Proposal(setup, Scene.of(scene), str(path), model.found)
+                return Proposal(setup, scene, str(path), model.found)
             case "joints":
                 return read_robot(file)
             case "ranges":
                 return effective(Use(read_sensor(file))).sensor
             case _:
-                return Scene.of(read_scene(file))
+                return read_scene(file)
 
 
-def save(what: Placement | Scene | Robot | CoreScene, path: str | Path) -> Path:
+def save(what: Placement | Scene | Robot, path: str | Path) -> Path:
     """Write a proposal, a scene or a robot as TOML. The write is atomic: an interruption leaves the
     old file or the new one.
 
@@ -115,10 +114,9 @@ def save(what: Placement | Scene | Robot | CoreScene, path: str | Path) -> Path:
         return what.save(path)
     if isinstance(what, Placement):
         return Proposal(what.setup, what.scene).save(path)
-    if isinstance(what, Scene | CoreScene):
-        core = what.core if isinstance(what, Scene) else what
+    if isinstance(what, Scene):
         text = to_toml(
-            SceneFile.from_domain(core), "A scene, for place-rings: --scene of its commands."
+            SceneFile.from_domain(what), "A scene, for place-rings: --scene of its commands."
         )
     elif isinstance(what, Robot):
         text = to_toml(what, "A robot, for place-rings: a scene names it by robot.", RobotFile)

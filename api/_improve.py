@@ -7,7 +7,6 @@ from ._arguments import renamed
 from ._errors import input_errors
 from ._improvement import Improvement
 from ._options import called_with
-from ._scene import Scene
 from ._validation import SetupCall, check_scene, resolve_setup
 from .objectives.verify import Verifier
 from .placement.redesign import redesign
@@ -55,7 +54,7 @@ def improve(call: ImproveCall) -> Improvement:
     command = f"place_rings.improve(..., seed={call.seed})"
     return Improvement(
         name,
-        Scene.of(core),
+        core,
         result,
         call.changes,
         call.add_sensors,

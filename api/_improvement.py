@@ -9,7 +9,6 @@ from ._errors import new_files
 from ._pictures import Picture, drawn
 from ._placement import Placement
 from ._proposal import Proposal
-from ._scene import Scene
 from ._versions import origin
 from .coverage.rings.ring import Setup
 from .coverage.rings.rounding import of_scene
@@ -17,6 +16,7 @@ from .formats.schema.proposal_models import ProposalFile
 from .formats.schema.redesign_models import ImproveResult
 from .formats.schema.scene_models import SceneModel
 from .formats.writing import to_toml, write_text
+from .objectives.scene import Scene
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .placement.redesign import redesign
@@ -108,7 +108,7 @@ class Improvement(Placement):
 
         Ctrl-C during its count leaves out the ζ of the remaining steps.
         """
-        result, core = self.result, self.scene.core
+        result, core = self.result, self.scene
         zetas = self._verified([result.mounted, *result.steps])
         return ImproveResult(
             setup=self.mounted,
@@ -150,7 +150,7 @@ class Improvement(Placement):
             for a, b in zip(self.record.zeta, zetas, strict=False)
         )
         captions = ("as mounted", f"after {_changes(len(self._last.changes))}")
-        before, core = self.result.mounted.setup, self.scene.core
+        before, core = self.result.mounted.setup, self.scene
         return drawn(
             lambda file: comparison_picture(file, core, before, self.setup, captions, goals), path
         )
@@ -207,7 +207,7 @@ class Improvement(Placement):
 
     def _verified(self, answers: Sequence[Answer]) -> list[list[Verified]]:
         """Return ζ of each answer for each goal; empty lists for the answers after Ctrl-C."""
-        core, records = self.scene.core, list[list[Verified]]()
+        core, records = self.scene, list[list[Verified]]()
         try:
             for answer in answers:
                 counts = (self.verifier.verify(answer.setup, t.target) for t in core.targets)

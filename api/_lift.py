@@ -2,16 +2,13 @@
 
 from ._arguments import number
 from ._errors import InputError, input_errors
-from ._scene import Scene
 from ._validation import SetupLike, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.surface_lift import lift_to_surface as lift
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import Scene
 
 
-def lift_to_surface(
-    setup: SetupLike, scene: Scene | CoreScene | None = None, *, limit: float = 0.03
-) -> Setup:
+def lift_to_surface(setup: SetupLike, scene: Scene | None = None, *, limit: float = 0.03) -> Setup:
     """Move sensors that lie in a body of their own link along their axes to its surface.
 
     The bodies of a robot are capsules, a little larger than its links, so that a pad of a skin or a

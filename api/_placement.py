@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from ._errors import input_errors
 from ._pictures import Picture, drawn
-from ._scene import Scene
 from .coverage.rings.ring import Setup
 from .objectives.dark_clothing import judge_dark, verify_dark
+from .objectives.scene import Scene
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .objectives.verify_breakdown import mean_by_part
@@ -49,7 +49,7 @@ class Placement:
         """
         from .reporting.placement_picture import placement_picture
 
-        what = self.scene.core, self.setup, self.captions()
+        what = self.scene, self.setup, self.captions()
         return drawn(lambda file: placement_picture(file, *what), path)
 
     def report(self, folder: str | Path = "place-rings-report", **options: Any) -> Path:
@@ -75,7 +75,7 @@ class Placement:
     @property
     def price(self) -> float | None:
         """Price of all new rings with their sensors; None if the scene has no prices."""
-        price = self.scene.core.price_of(self.setup)
+        price = self.scene.price_of(self.setup)
         return None if price is None else price.total
 
     def rows(self) -> Iterable[Sequence[str]]:
@@ -130,7 +130,7 @@ class Counted(Placement):
 
     @cached_property
     def _dark(self) -> tuple[Verified | None, ...]:
-        goals = self.scene.core.targets
+        goals = self.scene.targets
         with input_errors():
             return tuple(verify_dark(self._verifier, self.setup, g.target) for g in goals)
 
@@ -173,7 +173,7 @@ class Counted(Placement):
         yield from self._criterion_rows()
         for part, zeta in self.by_part.items():
             yield f"{part} alone", f"{100 * zeta:.2f} %"
-        prices, price = self.scene.core.prices, self.price
+        prices, price = self.scene.prices, self.price
         if prices is not None and price is not None:
             yield "price", prices.text(price)
 
@@ -183,4 +183,4 @@ class Counted(Placement):
 
     @cached_property
     def _verifier(self) -> Verifier:
-        return self.verifier or Verifier(self.scene.core)
+        return self.verifier or Verifier(self.scene)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from ._errors import input_errors
 from ._placement import Counted
-from ._scene import Scene
 from .coverage.rings.ring import Setup
 from .coverage.rings.sensor_records import sensor_records
 from .formats.schema.proposal_models import ProposalFile, SearchFile
@@ -15,6 +14,7 @@ from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion
 from .objectives.pose_subset import MANY
 from .objectives.robustness import RingSensitivity
+from .objectives.scene import Scene
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .placement.bound.coverage_bound import CoverageBound
@@ -76,7 +76,7 @@ class Proposal(Counted):
     def each(self) -> tuple[Verified, ...]:  # type: ignore[override]
         """Counted ζ of each target and pose, with voxels of 0.01 m or those of the search."""
         known = {} if self.search is None else {v.target: v for v in self.search.verified}
-        goals = self.scene.core.targets
+        goals = self.scene.targets
         with input_errors():
             return tuple(
                 known.get(g.target) or self._verifier.verify(self.setup, g.target) for g in goals
@@ -117,7 +117,7 @@ class Proposal(Counted):
         from .objectives.sensitivity import sensitivity  # loads JAX
 
         with input_errors():
-            return sensitivity(self.scene.core, self.setup, self.seed) if self.setup.rings else ()
+            return sensitivity(self.scene, self.setup, self.seed) if self.setup.rings else ()
 
     @property
     def statistics(self) -> SearchResult | None:
@@ -129,7 +129,7 @@ class Proposal(Counted):
         """ζ of each target in percent under all occlusion models, as ``save`` writes it."""
         from .reporting.comparison import counted
 
-        goals = [goal.target for goal in self.scene.core.targets]
+        goals = [goal.target for goal in self.scene.targets]
         known = {(self.name, v.target): v for v in self.each}
         return tuple(counted(self._verifier, {self.name: self.setup}, goals, goals, known))
 
@@ -161,11 +161,11 @@ class Proposal(Counted):
         if self.criterion.plain or self.search is None:
             return {}
         own = {self.name: self.search.exact}
-        return judged_beside_papers(self.scene.core, self._verifier.voxel, self.criterion, own)
+        return judged_beside_papers(self.scene, self._verifier.voxel, self.criterion, own)
 
     def file(self, records: Sequence[Verified] | None = None) -> ProposalFile:
         """Return the model of the proposal's file; pass ``records`` if they are counted already."""
-        core, zeta = self.scene.core, list(self.records if records is None else records)
+        core, zeta = self.scene, list(self.records if records is None else records)
         if len(core.poses) > MANY:
             zeta = [replace(r, poses=()) for r in zeta]
         return ProposalFile.of(
@@ -210,14 +210,14 @@ class Proposal(Counted):
             fewest_rings=self.fewest,
             searches=[] if self.repeated is None else self.repeated.records,
             gap=self.bound,
-            price=self.scene.core.price_of(self.setup),
+            price=self.scene.price_of(self.setup),
             short_percent=100 * self.search.short,
             sensors=sensor_records(self.setup),
         )
 
     def own_records(self, comparison: Sequence[Verified]) -> list[Verified]:
         """Return the records of a comparison that concern the proposal and its scene's targets."""
-        goals = {g.target.key for g in self.scene.core.targets}
+        goals = {g.target.key for g in self.scene.targets}
         return [r for r in comparison if r.setup == self.name and r.key in goals]
 
     def save(self, path: str | Path) -> Path:

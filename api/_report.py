@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 from ._errors import input_errors, new_files
 from ._options import called_with
-from ._scene import Scene
 from ._validation import ResolvedSetup, SetupCall, SetupLike, check_scene, resolve_setup
 from ._versions import versions
 from .formats.fingerprints import file_sha256, scene_sha256
 from .formats.loader import how_found
 from .formats.writing import write_text
 from .objectives.options import ReportOptions
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import Scene
 from .placement.search.result import SearchResult
 from .reporting.terminal import Terminal
 
@@ -60,7 +59,7 @@ def report(call: ReportCall) -> Path:
 
 def write_report(
     setup: SetupLike,
-    scene: Scene | CoreScene | None,
+    scene: Scene | None,
     folder: Path,
     options: ReportOptions,
     arguments: Sequence[str] = (),

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from ._errors import input_errors
 from ._options import called_with
 from ._placement import Placement
-from ._scene import Scene
 from ._validation import SetupCall, check_scene, resolve_setup
 from .coverage.rings.ring import Setup
 from .objectives.options import RobustnessOptions
 from .objectives.robustness import Robustness
 from .objectives.robustness import robustness as counted
+from .objectives.scene import Scene
 from .objectives.verify import Verifier
 
 
@@ -88,4 +88,4 @@ def robustness(call: RobustnessCall) -> RobustnessReport:
     tell()
     with input_errors():
         records = counted(verifier, name, placed, call, tell)
-    return RobustnessReport(placed, Scene.of(core), records, name)
+    return RobustnessReport(placed, core, records, name)

@@ -8,13 +8,13 @@ from ._errors import InputError, input_errors, new_files
 from ._options import called_with
 from ._pictures import Picture, drawn
 from ._placement import Placement
-from ._scene import Scene
 from ._trajectory import Trajectory
 from ._validation import SetupCall, resolve_setup
 from .coverage.definitions.definition import json_of
 from .coverage.rings.ring import Setup
 from .coverage.robots.separation_distance import stopping_time
 from .formats.writing import write_text
+from .objectives.scene import Scene
 from .reporting import detection_page
 from .reporting.detection_figure import detection_figure
 from .reporting.pages import csv_text
@@ -65,7 +65,7 @@ class SafetyReport(Placement, SimulatedApproaches):
         Raises:
             InputError: if the file cannot be written.
         """
-        core, floor = self.scene.core, floor_of(self.scene.core)
+        core, floor = self.scene, floor_of(self.scene)
         person = walker(core.safety.human, self.start, floor)
         what = (core.robot, self.setup, self.motion.moments, self.approaches, person, floor)
         return drawn(lambda file: detection_figure(*what, self.directions, file), path)
@@ -141,7 +141,7 @@ def safety(call: SafetyCall) -> SafetyReport:
     return SafetyReport(
         **vars(simulate(name, placed, core, motion, call, tell)),
         setup=placed,
-        scene=Scene.of(core),
+        scene=core,
         name=name,
         command=f"place_rings.safety(..., seed={call.seed})",
         directions=call.directions,

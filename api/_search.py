@@ -9,13 +9,12 @@ from ._arguments import renamed
 from ._errors import InputError, input_errors
 from ._options import called_with
 from ._proposal import Proposal
-from ._scene import Scene, core_scene
-from ._validation import check_scene, check_search_sight
+from ._validation import check_scene, check_search_sight, given_scene
 from ._versions import origin
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
 from .objectives.criterion import Criterion, check_criterion
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import Scene
 from .objectives.verify import Verifier
 from .placement.bound.coverage_bound import CoverageBound
 from .placement.search import search as searching
@@ -35,7 +34,7 @@ from .placement.space.feasible_set import InfeasibleError
 __all__ = ["InfeasibleError", "search"]
 
 
-def criterion(scene: CoreScene, options: SearchOptions) -> Criterion:
+def criterion(scene: Scene, options: SearchOptions) -> Criterion:
     """Return what a search maximises in a scene.
 
     Raises:
@@ -61,7 +60,7 @@ def criterion(scene: CoreScene, options: SearchOptions) -> Criterion:
 class SearchCall(SearchOptions):
     """A call of ``search``."""
 
-    scene: Scene | CoreScene | None = field(default=None, kw_only=False)
+    scene: Scene | None = field(default=None, kw_only=False)
     """Scene of the search; by default the reference scene."""
     progress: Callable[[Progress], None] | None = field(default=None, kw_only=True)
     """Receives the progress from time to time, in the calling thread; the first call comes before
@@ -91,7 +90,7 @@ def search(call: SearchCall) -> Proposal:
         >>> result.setup.sensors
         8
     """
-    scene = core_scene(CoreScene() if call.scene is None else call.scene)
+    scene = given_scene(call.scene)
     tell = call.progress or (lambda progress: None)
     aim = criterion(scene, call)
     with input_errors(but=(InfeasibleError,)):
@@ -134,7 +133,7 @@ def search(call: SearchCall) -> Proposal:
     )
     return Proposal(
         result.setup,
-        Scene.of(scene),
+        scene,
         found=found,
         criterion=aim,
         reach=reached,
@@ -146,7 +145,7 @@ def search(call: SearchCall) -> Proposal:
 
 
 def _bound(
-    scene: CoreScene, options: SearchOptions, space: Space, setup: Setup, aim: Criterion
+    scene: Scene, options: SearchOptions, space: Space, setup: Setup, aim: Criterion
 ) -> CoverageBound | None:
     """Return an upper bound on all layouts with the budget of a search's answer, without a value
     after Ctrl-C."""

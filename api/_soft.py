@@ -16,11 +16,10 @@ import numpy as np
 
 from ._arguments import whole
 from ._errors import InputError, input_errors
-from ._scene import Scene, core_scene
-from ._validation import SetupLike, resolve_setup
+from ._validation import SetupLike, given_scene, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.ring_kinematics import RingArrays, ring_arrays
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import Scene
 from .objectives.soft_coverage import SoftCoverage
 from .objectives.target_points import TargetPoints
 
@@ -34,7 +33,7 @@ class _Prepared(NamedTuple):
     """Arrays of the setup's rings."""
     values: Any
     """(3, R) positions, tilts and phases of the setup's rings."""
-    kept: tuple[CoreScene, Any]
+    kept: tuple[Scene, Any]
     """Scene and points; holding them keeps the identities in the key unique."""
 
 
@@ -44,7 +43,7 @@ _prepared: OrderedDict[Any, _Prepared] = OrderedDict()
 _lock = Lock()  # guards ``_prepared``
 
 
-def sample_points(scene: Scene | CoreScene, count: int = 8192, seed: int = 0) -> TargetPoints:
+def sample_points(scene: Scene, count: int = 8192, seed: int = 0) -> TargetPoints:
     """Draw points uniformly in each target of a scene at each pose, for ``coverage_fraction``.
 
     Args:
@@ -66,12 +65,12 @@ def sample_points(scene: Scene | CoreScene, count: int = 8192, seed: int = 0) ->
     whole("count", count, 1)
     whole("seed", seed, 0)
     with input_errors("target"):
-        return TargetPoints(core_scene(scene), count, seed)
+        return TargetPoints(given_scene(scene), count, seed)
 
 
 def coverage_fraction(
     setup: SetupLike,
-    scene: Scene | CoreScene,
+    scene: Scene,
     points: TargetPoints | Any,
     width: float | jax.Array = 0.02,
     *,
@@ -182,7 +181,7 @@ def _prepare(setup: Any, scene: Any, points: Any) -> _Prepared:
         return _prepared[key]
 
 
-def _made(setup: Setup, core: CoreScene, points: Any, soft: SoftCoverage | None) -> _Prepared:
+def _made(setup: Setup, core: Scene, points: Any, soft: SoftCoverage | None) -> _Prepared:
     # the cached values must not belong to a caller's trace
     with input_errors(), jax.ensure_compile_time_eval():
         soft = soft or _soft_coverage(core, points)
@@ -205,7 +204,7 @@ def _array(points: Any) -> np.ndarray:
     return each
 
 
-def _soft_coverage(scene: CoreScene, points: Any) -> SoftCoverage:
+def _soft_coverage(scene: Scene, points: Any) -> SoftCoverage:
     """Return the soft coverage at points of each target at each pose, or at an array of points at
     every pose."""
     poses = len(scene.poses)

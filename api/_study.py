@@ -13,15 +13,14 @@ from typing import Any
 from ._arguments import renamed
 from ._errors import InputError, input_errors
 from ._options import called_with
-from ._scene import Scene, core_scene
-from ._validation import check_scene, check_search_sight
+from ._validation import check_scene, check_search_sight, given_scene
 from .coverage.definitions.errors import UserError
 from .coverage.targets.named import Shell
 from .coverage.targets.target import Target
 from .formats.layouts.layout import PublishedLayout
 from .formats.optional_dependencies import require
 from .formats.writing import output_files, write_text
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import Scene
 from .placement.space.design import Space
 from .placement.space.feasible_set import InfeasibleError
 from .studies.engine.estimate import Estimate, calibration, rehearsed
@@ -51,7 +50,7 @@ class StudyCall(StudyOptions):
     """Output folder; by default ``results/NAME``."""
     targets: tuple[Target, Target] | None = None
     """The two targets of ``pareto``; by default V_S(0.5) and V_S(1.5). Weights do not matter."""
-    scene: Scene | CoreScene | None = None
+    scene: Scene | None = None
     """Scene of ``pareto``; by default the reference scene."""
     layouts: Sequence[str | Path] = ()
     """Layout files (.csv, .toml) that ``layouts`` scores besides those of the package."""
@@ -69,9 +68,9 @@ class StudyCall(StudyOptions):
             require("cluster", option, "dask", "distributed", "cryptography")
 
     @cached_property
-    def core(self) -> CoreScene:
+    def core(self) -> Scene:
         """The scene of ``pareto``."""
-        return CoreScene() if self.scene is None else core_scene(self.scene)
+        return given_scene(self.scene)
 
     @cached_property
     def pair(self) -> tuple[Target, Target]:
@@ -229,7 +228,7 @@ def _check_use(call: StudyCall) -> None:
                 )
 
 
-def _feasible(scene: CoreScene, sensors: int) -> bool:
+def _feasible(scene: Scene, sensors: int) -> bool:
     try:
         Space(scene, sensors=sensors)
     except InfeasibleError:

@@ -1,22 +1,22 @@
 """Recorded motions, which a scene accepts in place of poses."""
 
 import math
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from ._arguments import number, whole
 from ._errors import InputError, input_errors
+from .coverage.definitions.definition import definition
+from .coverage.definitions.field_types import Made
 from .coverage.robots.robot import Robot
-from .formats.recorded_motion import check_limits, read_record, with_record
-from .objectives.scene import Scene as CoreScene
+from .formats.recorded_motion import check_limits, poses_in, read_record
+from .objectives.poses import Pose, Recorded
 from .objectives.trajectory import MotionRecord, Thinning, recorded, thin
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
+@definition
+class Trajectory(Thinning):
     """A recorded motion, which a scene accepts in place of poses.
 
     A scene represents the motion by weighted poses. The weight of a pose grows with the time that
@@ -33,30 +33,18 @@ class Trajectory:
         True
     """
 
-    time_s: Any
+    time_s: Any = None
     """(T,) times in s, strictly ascending."""
-    q: Any
+    q: Any = None
     """(T, J) joint angles in rad, or, of prismatic joints, distances in m."""
-    poses: int = 200
-    """Largest number of poses, 1 to 2000."""
-    within: float = math.radians(2)
-    """Use fewer poses if then no joint of any sample is farther than this from its pose, rad."""
-    speed_weight: float = 1.0
-    """Influence of the speed on the weights; 0 for dwell time alone."""
-    path: Path | None = None
+    path: Annotated[Path, Made("Path")] | None = None
     """File of the motion, read once the robot is known; ``time_s`` and ``q`` are None then."""
     degrees: bool = False
     """Whether the angles in that file are in degrees."""
 
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
     def __post_init__(self) -> None:
-        whole("poses", self.poses, 1, 2000)
-        for name, value, low, high in (
-            ("within", self.within, 0, math.pi / 2),
-            ("speed_weight", self.speed_weight, 0, 100),
-        ):
-            number(name, value, f"{low} to {high:g}")
-            if not low <= value <= high:
-                raise InputError(f"found {value:g}, allowed: {low} to {high:g}", name)
         if self.path is not None:
             return
         try:
@@ -80,14 +68,7 @@ class Trajectory:
             object.__setattr__(self, name, array)
 
     @staticmethod
-    def from_csv(
-        path: str | Path,
-        *,
-        degrees: bool = False,
-        poses: int = 200,
-        within: float = math.radians(2),
-        speed_weight: float = 1.0,
-    ) -> "Trajectory":
+    def from_csv(path: str | Path, *, degrees: bool = False, **thinning: Any) -> "Trajectory":
         """Return the motion in a CSV file.
 
         The file has a column of times (``t``, ``time_s``, ...) and one for each joint, headed by
@@ -98,10 +79,7 @@ class Trajectory:
         Args:
             path: path of the file.
             degrees: whether angles without a stated unit are in degrees; radians by default.
-            poses: largest number of poses.
-            within: use fewer poses if then no joint of any sample is farther than this from its
-                pose, rad.
-            speed_weight: influence of the speed on the weights.
+            thinning: ``poses``, ``within`` and ``speed_weight`` of the motion.
 
         Returns:
             The motion.
@@ -111,22 +89,20 @@ class Trajectory:
         """
         if not Path(path).is_file():
             raise InputError(f"{path}: no such file; give a CSV file")
-        return Trajectory(None, None, poses, within, speed_weight, Path(path), degrees)
+        return Trajectory(path=Path(path), degrees=degrees, **thinning)
 
-    def applied(self, scene: CoreScene) -> CoreScene:
-        """Return the scene with the poses of the motion in place of its own.
+    def on_robot(self, robot: Robot) -> tuple[tuple[Pose, ...], Recorded]:
+        """Return the poses for a robot that stand for the motion, and their origin.
 
         Raises:
-            InputError: if the motion does not fit the scene's robot, or its file cannot be read.
+            InputError: if the motion does not fit the robot, or its file cannot be read.
         """
-        how = Thinning(self.poses, self.within, self.speed_weight)
         if self.path is not None:
             with input_errors():
-                return with_record(scene, self.path, how, self.degrees)
-        record = self._own_record(scene.robot)
-        thinned = thin(record, scene.robot, how)
-        source = recorded("arrays", record, thinned, how)
-        return replace(scene, poses=thinned.poses, recorded=source)
+                return poses_in(self.path, robot, self, self.degrees)
+        record = self._own_record(robot)
+        thinned = thin(record, robot, self)
+        return thinned.poses, recorded("arrays", record, thinned, self)
 
     def record(self, robot: Robot) -> MotionRecord:
         """Return the samples of the motion.

@@ -8,15 +8,12 @@ from pydantic import ValidationError
 
 from ._arguments import number
 from ._errors import InputError, input_errors
-from ._model_errors import model_error
-from ._scene import Scene, core_scene
 from .coverage.definitions.errors import explain, key_path, shown
 from .coverage.rings.ring import Ring, Setup
 from .coverage.rings.rounding import setup_faults, with_scene, within_files
 from .formats.loader import resolve
-from .formats.schema.scene_models import SceneModel
 from .objectives.occlusion import own_link_fault
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import Scene
 from .objectives.separation_summary import separations
 from .objectives.target_voxels import check_beams, check_voxel, target_voxels
 
@@ -40,7 +37,7 @@ class ResolvedSetup:
     """Name such as ``n2_16_25``, or the path of the file."""
     setup: Setup
     """The rings."""
-    scene: CoreScene
+    scene: Scene
     """Scene of the setup."""
 
 
@@ -56,12 +53,23 @@ class SetupCall:
     setup: SetupLike
     """A ``Setup``, a name such as ``n2_16_25``, the path of a proposal or of a list of sensors
     (.csv, .json, .urdf), or a result."""
-    scene: Scene | CoreScene | None = None
+    scene: Scene | None = None
     """Scene of the setup; by default the proposal's own, or the reference scene."""
 
 
-def check_scene(scene: CoreScene, voxel: float) -> None:
-    """Check that a scene can be counted and written.
+def given_scene(scene: Any) -> Scene:
+    """Return the scene of a call, by default the reference scene.
+
+    Raises:
+        InputError: for anything else than a scene.
+    """
+    if not isinstance(scene, Scene | None):
+        raise InputError(f"found a {type(scene).__name__}, allowed: Scene", "scene")
+    return Scene() if scene is None else scene
+
+
+def check_scene(scene: Scene, voxel: float) -> None:
+    """Check that a scene can be counted.
 
     Raises:
         InputError: otherwise.
@@ -69,10 +77,6 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
     number("voxel", voxel, "m, above 0")
     with input_errors():
         check_beams(scene.sensors, voxel)
-    try:
-        SceneModel.record_of(scene)
-    except ValidationError as error:
-        raise model_error("scene", error, SceneModel) from error
     for goal in scene.targets:
         try:
             separations(scene, goal.target)
@@ -87,7 +91,7 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
                 )
 
 
-def check_search_sight(scene: CoreScene) -> None:
+def check_search_sight(scene: Scene) -> None:
     """Check that the rings of a search do not all lie inside their own links.
 
     Raises:
@@ -100,7 +104,7 @@ def check_search_sight(scene: CoreScene) -> None:
         raise InputError(fault)
 
 
-def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Setup, CoreScene]:
+def resolve_setup(setup: Any, scene: Scene | None) -> tuple[str, Setup, Scene]:
     """Return the name, the setup and the scene for a caller's arguments.
 
     Args:
@@ -110,7 +114,7 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
     Raises:
         InputError: for anything else, or if the scene's robot lacks a link of the setup.
     """
-    core = None if scene is None else core_scene(scene)
+    core = None if scene is None else given_scene(scene)
     if isinstance(setup, ResolvedSetup):
         return setup.name, setup.setup, core or setup.scene
     if isinstance(setup, str | Path):
@@ -119,7 +123,7 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
             return str(setup), placed, core
     name, own = "setup", None
     if not isinstance(setup, Setup) and isinstance(getattr(setup, "setup", None), Setup):
-        name, own, setup = setup.name, core_scene(setup.scene), setup.setup
+        name, own, setup = setup.name, given_scene(setup.scene), setup.setup
     if not isinstance(setup, Setup):
         raise InputError(
             f"found a {type(setup).__name__}, allowed: a Setup, a name like n2_16_25, a file's"
@@ -128,8 +132,8 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
         )
     if not setup.groups:
         raise InputError("found no ring or single sensor, allowed: one or more", "setup")
-    core = core or own or CoreScene()
-    setup = with_scene(setup, core.sensor, core.ring_radius)
+    core = core or own or Scene()
+    setup = with_scene(setup, core.sensor, core.default_radius)
     faults = setup_faults(setup, core.robot, core.sensor, ("rings", "singles"))
     for where, value, allowed in faults:
         line = f"{key_path(where)}: found {shown(value)}, allowed: {allowed}"

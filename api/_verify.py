@@ -10,13 +10,12 @@ from ._arguments import renamed
 from ._errors import input_errors
 from ._options import called_with
 from ._placement import Counted
-from ._scene import Scene
 from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
 from .coverage.rings.ring import Setup
 from .coverage.rings.sensor_records import sensor_records
 from .coverage.voxels.volume_tally import Bracket
 from .objectives.options import VerifyOptions
-from .objectives.scene import Scene as CoreScene
+from .objectives.scene import Scene
 from .objectives.verified import Verified, lifted
 from .objectives.verify import VOXEL, Verifier
 from .objectives.verify_breakdown import calibration_effect
@@ -52,7 +51,7 @@ class Coverage(Counted):
     @property
     def by_pose(self) -> tuple[float, ...]:
         """ζ in [0, 1] at each pose, the weighted mean over the targets."""
-        weights = self.scene.core.goal_weights
+        weights = self.scene.goal_weights
         return tuple(
             float(sum(w * v.poses[i].zeta for w, v in zip(weights, self.each, strict=True)))
             for i in range(len(self.scene.poses))
@@ -65,7 +64,7 @@ class Coverage(Counted):
         """
         from .reporting.comparison import counted
 
-        core = self.scene.core
+        core = self.scene
         targets = [goal.target for goal in core.targets]
         known = {(self.name, v.target): v for v in self.each}
         records = counted(self.verifier, {self.name: self.setup}, targets, targets, known)
@@ -80,7 +79,7 @@ class Coverage(Counted):
         return self.coverage
 
     def _mean(self, key: str) -> float:
-        weights = self.scene.core.goal_weights
+        weights = self.scene.goal_weights
         return float(sum(w * getattr(v, key) for w, v in zip(weights, self.each, strict=True)))
 
 
@@ -123,12 +122,12 @@ def verify(call: VerifyCall) -> Coverage:
     verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, **calls)
     with input_errors():
         each = tuple(verifier.verify(placed, goal.target) for goal in core.targets)
-    return Coverage(placed, Scene.of(core), each, name, verifier=verifier)
+    return Coverage(placed, core, each, name, verifier=verifier)
 
 
 def certify(
     setup: SetupLike,
-    scene: Scene | CoreScene | None = None,
+    scene: Scene | None = None,
     *,
     width: float | None = None,
     voxel: float | None = None,

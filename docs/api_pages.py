@@ -5,6 +5,7 @@ import math
 import re
 import textwrap
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import is_dataclass
 from enum import Enum
 from functools import cached_property, reduce
@@ -21,7 +22,7 @@ _RESULTS = ("Coverage", "Improvement", "Proposal", "Report")  # functions return
 _LONGEST = 8  # characters of a number that is no angle
 _WIDTH = 88  # characters of a signature on one line
 _PLAIN = {
-    r" \| (CoreScene|ResolvedSetup)\b": "",
+    r" \| ResolvedSetup\b": "",
     r"\bndarray": "np.ndarray",
     r"\bjaxlib\._jax": "jax",
 }
@@ -154,8 +155,11 @@ def _value(value: Any) -> str:
         return f"({', '.join(map(_value, value))}{',' * (len(value) == 1)})"
     if isinstance(value, float) and len(repr(value)) > _LONGEST:
         return f"math.radians({round(math.degrees(value), 9):g})"
-    if is_dataclass(value) and value == type(value)():
-        return f"{type(value).__name__}()"
+    if isinstance(value, pr.Robot | pr.Pose):
+        return f"robots[{value.name!r}]" if isinstance(value, pr.Robot) else "Pose(...)"
+    with suppress(TypeError, ValueError):  # one with required arguments
+        if is_dataclass(value) and value == type(value)():
+            return f"{type(value).__name__}()"
     return repr(value)
 
 

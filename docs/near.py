@@ -40,7 +40,7 @@ def ahead(flange: Any, axis: Any) -> Any:
 
 def section(axes: Axes, target: pr.Near | pr.Shell) -> None:
     """Draw a target, the robot from the side, and the share of the space ahead of the flange."""
-    scene = pr.Scene(robot="ur5e", targets=[target]).core
+    scene = pr.Scene(robot="ur5e", targets=[target])
     frames = np.asarray(forward(scene.robot.chain, scene.poses[0].q))
     flange, solid = frames[-1, :3, 3], scene.solid(scene.targets[0].target, 0)
     axis = (flange - frames[-2, :3, 3]) / np.linalg.norm(flange - frames[-2, :3, 3])

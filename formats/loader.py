@@ -69,8 +69,8 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
     parts = map(turned_obstacle, parts) if turn else parts
     tools = parts_of_meshes(file.attached, f"{path}: {key}attached", read)
     tools = map(turned_attached, tools) if turn else tools
-    robot = scene.robot.with_attached((*scene.robot.attached, *tools))
-    scene = replace(scene, robot=robot, obstacles=(*scene.obstacles, *parts))
+    attached = (*scene.attached, *tools)
+    scene = replace(scene, attached=attached, obstacles=(*scene.obstacles, *parts))
     if trajectory is None:
         return scene
     record = beside(path, f"{key}trajectory.file", trajectory.file)

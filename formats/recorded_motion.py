@@ -10,7 +10,7 @@ from jaxtyping import Float
 from ..coverage.definitions.errors import UserError
 from ..coverage.robots.joint_values import in_file_units
 from ..coverage.robots.robot import Robot
-from ..objectives.poses import MOST_DEG_S
+from ..objectives.poses import MOST_DEG_S, Pose, Recorded
 from ..objectives.scene import Scene
 from ..objectives.trajectory import CELL, CELLS, MotionRecord, Thinning, recorded, thin
 from .motion_csv import MotionReader
@@ -64,13 +64,24 @@ def with_record(
     Raises:
         UserError: if the file cannot be used.
     """
-    how = how or Thinning()
-    record = read_record(path, scene.robot, degrees)
-    _check_rates(path, scene.robot, record)
-    thinned = thin(record, scene.robot, how)
-    check_limits(path, scene.robot, [(pose.time_s or 0.0, pose.q) for pose in thinned.poses])
-    poses = tuple(replace(pose, q=scene.robot.unwound(pose.q)) for pose in thinned.poses)
-    return replace(scene, poses=poses, recorded=recorded(path.name, record, thinned, how))
+    poses, source = poses_in(path, scene.robot, how or Thinning(), degrees)
+    return replace(scene, poses=poses, recorded=source)
+
+
+def poses_in(
+    path: Path, robot: Robot, how: Thinning, degrees: bool
+) -> tuple[tuple[Pose, ...], Recorded]:
+    """Return the poses for a robot of the motion in a file, and their origin.
+
+    Raises:
+        UserError: if the file cannot be used.
+    """
+    record = read_record(path, robot, degrees)
+    _check_rates(path, robot, record)
+    thinned = thin(record, robot, how)
+    check_limits(path, robot, [(pose.time_s or 0.0, pose.q) for pose in thinned.poses])
+    poses = tuple(replace(pose, q=robot.unwound(pose.q)) for pose in thinned.poses)
+    return poses, recorded(path.name, record, thinned, how)
 
 
 def check_limits(

@@ -22,7 +22,7 @@ def layout_in(scene: Scene, name: str) -> Setup:
     Raises:
         ValueError: if the name is not one of a layout.
     """
-    setup = named_setup(name, scene.sensor, scene.ring_radius)
+    setup = named_setup(name, scene.sensor, scene.default_radius)
     if not scene.real:
         return setup
     links = scene.robot.links

@@ -1,27 +1,33 @@
 """A scene: robot, weighted poses, weighted target volumes, sensor, mount limits and rules."""
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Literal
+from collections.abc import Iterator, Sequence
+from dataclasses import KW_ONLY, field, replace
+from html import escape
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from ..coverage.definitions.definition import definition
-from ..coverage.definitions.field_types import FARTHEST
+from ..coverage.definitions.definition import Fault, definition, refuse
+from ..coverage.definitions.errors import input_errors
+from ..coverage.definitions.field_types import FARTHEST, Made, Several
 from ..coverage.electronics.electronics import Electronics
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.person_reach import Person
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
-from ..coverage.rings.ring import RING_RADIUS, Setup
-from ..coverage.robots.attached import GIVEN_SOLID, ConvexSolid, named, refuse_file
-from ..coverage.robots.built_in import UR10
+from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
+from ..coverage.rings.rounding import setup_faults
+from ..coverage.robots.attached import GIVEN_SOLID, Attached, ConvexSolid, named, refuse_file
+from ..coverage.robots.base_frame import BaseFrame, base_frame, must_turn
+from ..coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, UR10
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
 from ..coverage.sensors.board_packing import Printing, roomy_radius
 from ..coverage.sensors.boards import NOMINAL
+from ..coverage.sensors.lids import lid_fault
 from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
 from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
@@ -29,18 +35,24 @@ from ..coverage.solids.polyhedra import Polyhedron, half_space
 from ..coverage.targets.named import Shell, named_target
 from ..coverage.targets.posed_robot import Shape
 from ..coverage.targets.solid import target_solid
-from ..coverage.targets.target import Target
+from ..coverage.targets.target import Target, standalone
 from .link_limits import LinkLimits
 from .motion_limits import Motion
 from .mount_rules import Limits, Rules
 from .poses import Pose, Recorded
 from .prices import Prices, SetupPrice
+from .scene_poses import pose_faults, poses_of, settled
+from .turned_cell import turned_fields
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 _REFERENCE_POSE = np.radians(REFERENCE_POSE_DEG)
 _REFERENCE_POSE.setflags(write=False)  # the default of every scene
 
 
+_TARGETS = (
+    "Near, Shell, ReachSphere, ToolSphere, ReachAndToolSpheres, ProtectiveVolume, or a volume of"
+    " your own such as Box"
+)
 OverPoses = Literal["mean", "worst"]
 
 
@@ -76,88 +88,255 @@ class Obstacle(ConvexSolid):
         object.__setattr__(self, "body", body)
 
 
-@dataclass(frozen=True)
-class Scene:
-    """A scene. The default is the reference scene: a UR10 in one pose, V_S(0.5), the sensor of the
-    paper, real mounts and self-occlusion. ``paper_scene`` gives the scene of the paper.
+def _robot_named(robot: Any) -> Any:
+    """Return the built-in robot of a name, and anything else as it is."""
+    if isinstance(robot, str) and robot not in ROBOTS:
+        refuse([(("robot",), robot, f"{', '.join(ROBOTS)}, or a Robot, as load returns it")])
+    return ROBOTS[robot] if isinstance(robot, str) else robot
 
-    A robot without bodies occludes nothing, and rings on it have no bodies either: whatever is
-    stated, ``occlusion`` is then ``ignore`` and ``rules.mount`` is ``free``.
+
+_Pose = Annotated[Pose, Made("a Pose")]
+_Target = Annotated[Target, AfterValidator(standalone), Made(_TARGETS)]
+
+
+@definition
+class Scene:
+    """Robot, poses, targets, sensor and rules of a placement.
+
+    A scene is immutable; ``replace`` returns a changed copy. Without arguments it is the reference
+    scene: a UR10 in one pose, the shell V_S(0.5), the paper's sensor, real rings, self-occlusion.
+    ``Scene.paper`` gives the paper's world. None as an argument stands for its default.
+
+    A robot without bodies occludes nothing, and rings on it have no bodies either.
+
+    Example:
+        >>> import place_rings as pr
+        >>> scene = pr.Scene(robot="ur10e", targets=[pr.Shell(0.5)])
+        >>> scene
+        <Scene: ur10e, 1 pose, V_S(0.5), occlusion shadow>
     """
 
-    robot: Robot = UR10
-    """The robot arm."""
-    poses: tuple[Pose, ...] = (Pose(_REFERENCE_POSE),)
-    """The weighted poses."""
-    targets: tuple[Target, ...] = (Shell(0.5),)
-    """The weighted target volumes."""
+    robot: Annotated[Robot, Made("a robot's name, or a Robot")] = UR10
+    """The robot arm: a name in ``robots``, or a ``Robot``."""
+    _: KW_ONLY
+    base: BaseFrame | None = field(default=None, compare=False)
+    """Frame of the coordinates in these arguments, for an arm of Universal Robots: base_link of its
+    ROS description, or pendant, the feature Base of its pendant, which is turned by 180° about z.
+    The scene's coordinates are in the robot's own, base_link except for ``ur10_dh``, of which this
+    is the name once it was stated."""
+    occlusion: Occlusion = "shadow"
+    """Model of occlusion by the robot's own body: ignore (transparent bodies, as in the paper),
+    shadow (points behind a body are not covered) or blind (a one-zone sensor covers nothing beyond
+    the nearest surface in its beam); default without bodies: ignore. Obstacles always occlude."""
+    ring_radius: Annotated[float, Field(gt=0, le=1)] | None = None
+    """Radius of new rings, m; default 0.08, or more where a real ring needs it."""
     sensor: Sensor = PAPER_SENSOR
-    """The sensor of new rings."""
-    ring_radius: float = RING_RADIUS
-    """Radius of new rings, m."""
+    """Sensor of new rings."""
     curve: Shape = field(default_factory=Shape)
-    """How target volumes are built."""
+    """Pose curve and the volumes about it."""
     mounts: dict[str, Limits] = field(default_factory=dict)
-    """Limits by link name; links that are not named have the default limits."""
+    """Limits of rings by the name of the link; links that are not named have the default limits."""
+    poses: Annotated[tuple[_Pose, ...], Field(min_length=1, max_length=10_000)] = (
+        Pose(_REFERENCE_POSE),
+    )
+    """Weighted poses: a ``Trajectory``, a list of ``Pose``, joint values by name and unit such as
+    ``{"rail_m": 0.3, "shoulder_deg": 20}`` (one or a list), or joint angles in rad (and m for
+    prismatic joints): (J,) for one pose or (P, J) for P poses of equal weight. Default: the robot's
+    rest pose."""
+    recorded: Recorded | None = None
+    """Origin of the poses, if they come from a recorded motion."""
+    over_poses: OverPoses = "mean"
+    """Coverage over several poses: their weighted mean or the worst pose."""
+    targets: Annotated[Several[_Target], Field(min_length=1, max_length=100)] = (Shell(0.5),)
+    """Weighted target volumes, one or more, such as ``Shell(0.5, weight=0.6)``."""
+    safety: Safety = field(default_factory=Safety)
+    """Terms of the separation distance that defines ``ProtectiveVolume``."""
+    motion: Motion = field(default_factory=Motion)
+    """Limits of motion for check --move."""
+    link: LinkLimits = field(default_factory=LinkLimits)
+    """Limits of the links of check to the robot and its rings."""
     rules: Rules = field(default_factory=Rules)
     """Rules that make a setup buildable."""
-    over_poses: OverPoses = "mean"
-    """Whether to maximise the weighted mean over the poses or the worst pose."""
-    recorded: Recorded | None = None
-    """The recorded motion from which the poses come, if any."""
-    occlusion: Occlusion = "shadow"
-    """How the robot's own body occludes its sensors. Obstacles always occlude."""
-    obstacles: tuple[Obstacle, ...] = ()
-    """Obstacles of the cell; they are never part of a target."""
-    cell_sensors: tuple[MountedSensor, ...] = ()
-    """Sensors of the cell, all on the link ``base``; they cover what they see, with any setup."""
-    safety: Safety = field(default_factory=Safety)
-    """Terms of the separation distances of V_P."""
-    motion: Motion = field(default_factory=Motion)
-    """How a real robot may move during a check."""
-    link: LinkLimits = field(default_factory=LinkLimits)
-    """Limits of a check's links to the robot and its rings."""
-    radius_stated: bool = False
-    """Whether ``ring_radius`` was stated; if so, it is not raised where a real ring needs more."""
-    base_stated: bool = field(default=False, compare=False)
-    """Whether it was stated in which base frame the coordinates are; they are in the robot's own,
-    into which others are turned when they are read."""
     printing: Printing = field(default_factory=Printing)
-    """How rings are printed."""
+    """Parameters of printed rings."""
     electronics: Electronics = field(default_factory=Electronics)
-    """How the sensors of each ring are read."""
+    """Rate, bus and controller of each ring, which limit its sensors."""
     prices: Prices | None = None
-    """What rings and sensors cost, if known."""
+    """What a ring and a sensor cost; results then have a ``price``."""
+    cell_sensors: Annotated[Several[MountedSensor], Field(max_length=1000)] = ()
+    """Cameras and scanners of the cell: ``MountedSensor`` on the link ``base``. What they see
+    counts as covered with any setup."""
+    obstacles: Annotated[Several[Obstacle], Field(max_length=1000)] = ()
+    """Obstacles of the cell, each an ``Obstacle``; they occlude and belong to no target."""
     person: Person | None = None
-    """Where people walk and how far they reach, if stated."""
+    """Where people walk and how far they reach, for targets that are ``reachable`` by a person and
+    for blind spots."""
+    attached: Annotated[Several[Attached], Field(max_length=1000)] | None = field(
+        default=None, compare=False
+    )
+    """Tools and payloads, each an ``Attached``; they move with their links and belong to the
+    robot's body. Default: those that the robot carries."""
+
+    if TYPE_CHECKING:  # what Python may pass beside the fields' own types
+
+        def __init__(self, robot: Robot | str = UR10, **arguments: Any) -> None: ...
+
+    @classmethod
+    def _of_arguments(cls, given: dict[str, Any]) -> dict[str, Any]:
+        """Return arguments of Python with the defaults that depend on the robot; None stands for a
+        default."""
+        given = {name: value for name, value in given.items() if value is not None}
+        robot = given["robot"] = _robot_named(given.get("robot", UR10))
+        if not isinstance(robot, Robot):
+            return given
+        if isinstance(rules := given.get("rules", Rules()), Rules) and not robot.bodies:
+            given = {"occlusion": "ignore"} | given | {"rules": replace(rules, mount="free")}
+        at_rest = cls.poses if robot.name in PAPER_ROBOTS else Pose(robot.rest)
+        poses = given.get("poses", at_rest)
+        if hasattr(poses, "on_robot"):  # a Trajectory
+            poses, given["recorded"] = poses.on_robot(robot)
+        return given | {"poses": poses_of(robot, poses)}
 
     def __post_init__(self) -> None:
-        """Put the links into use that the rules ask for; a robot without bodies has free mounts.
+        """Attach tools, put the links into use that the rules ask for, and turn coordinates into
+        the robot's own base."""
+        robot = self.robot
+        if self.attached is not None and self.attached is not robot.attached:
+            refuse(attached_faults(robot, self.attached))
+            robot = robot.with_attached(self.attached)
+        robot = robot.with_links(self.real)
+        obstacles = named(self.obstacles, "obstacle")
+        for solid in obstacles:
+            refuse_file(solid)
+        self._set(robot=robot, attached=robot.attached, obstacles=obstacles)
+        if robot.chain.mimics:
+            self._set(poses=tuple(settled(pose, robot.chain) for pose in self.poses))
+        try:
+            turns = must_turn(robot, self.base)
+        except ValueError as error:
+            refuse([(("base",), self.base, str(error))])
+        if self.base is not None:
+            self._set(base=base_frame(robot) or "base_link")
+        if turns:
+            self._set(**turned_fields(self))
+        refuse(faults(self))
+
+    def _set(self, **fields: Any) -> None:
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    def replace(self, **changes: Any) -> "Scene":
+        """Return a copy of the scene with other values of some arguments.
+
+        Another robot carries the same tools, and stands at its own rest pose if this one does. On a
+        UR10 ``rules.mount`` decides on which axes rings sit: real ones on those of the links'
+        tubes, rings without bodies on the lines between the joints.
+
+        Args:
+            changes: arguments of ``Scene``; None restores an argument's default. ``base`` is the
+                frame of the coordinates in the same call.
+
+        Returns:
+            The new scene.
 
         Raises:
-            ValueError: if a sensor of the cell is on another link than ``base``.
-        """
-        if not self.robot.bodies:
-            object.__setattr__(self, "occlusion", "ignore")
-            object.__setattr__(self, "rules", replace(self.rules, mount="free"))
-        object.__setattr__(self, "obstacles", named(self.obstacles, "obstacle"))
-        object.__setattr__(self, "robot", self.robot.with_links(self.real))
-        if self.robot.chain.mimics:
-            object.__setattr__(self, "poses", tuple(map(self._settled, self.poses)))
-        for solid in self.obstacles:
-            refuse_file(solid)
-        for i, one in enumerate(self.cell_sensors):
-            if one.link != BASE_LINK:
-                raise ValueError(
-                    f"cell_sensors[{i}].link: found {one.link!r}, allowed: {BASE_LINK}; a sensor"
-                    " on the robot belongs to a setup or to the fixed sensors of the rules"
-                )
+            InputError: for an argument that ``Scene`` does not have, or an invalid value.
 
-    def _settled(self, pose: Pose) -> Pose:
-        """Return the pose with the values of mimic joints that their leaders state."""
-        chain = self.robot.chain
-        rate = None if pose.rate is None else chain.settled(np.asarray(pose.rate), speed=True)
-        return replace(pose, q=chain.settled(np.asarray(pose.q)), rate=rate)
+        Example:
+            >>> import place_rings as pr
+            >>> pr.Scene().replace(occlusion="blind").occlusion
+            'blind'
+        """
+        if "robot" in changes:
+            changes = self._for_robot(Scene(changes["robot"]).robot, changes)
+        if changes.get("base") not in (None, self.base):
+            new = Scene(changes.pop("robot", self.robot), **changes)
+            changes = {name: getattr(new, name) for name in (*changes, "robot")}
+        if "poses" in changes:
+            changes = {"recorded": None} | changes
+        if changes.get("attached", ()) is None:
+            changes["attached"] = ()
+        return replace(self, **changes)
+
+    def _for_robot(self, robot: Robot, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return changes of a scene's robot with those that follow from it."""
+        follows: dict[str, Any] = {"base": base_frame(robot) if self.base else None}
+        if not robot.bodies:
+            follows |= {"occlusion": None, "rules": replace(self.rules, mount="free")}
+        if len(self.poses) == 1 and np.array_equal(self.poses[0].q, self.robot.rest):
+            follows["poses"] = None
+        return follows | changes | {"robot": robot}
+
+    @classmethod
+    def paper(cls, **arguments: Any) -> "Scene":
+        """Return a scene of the paper's world: transparent bodies, and rings without bodies on the
+        lines between the joints.
+
+        Args:
+            arguments: arguments of ``Scene`` other than ``occlusion``; ``rules.mount`` is ``free``.
+
+        Raises:
+            InputError: as ``Scene`` does.
+
+        Example:
+            >>> import place_rings as pr
+            >>> pr.Scene.paper(robot="ur5e").rules.mount
+            'free'
+        """
+        return as_in_paper(cls(**arguments, occlusion="ignore"))
+
+    def ring(
+        self, link: str, position: float, count: int, *, tilt: float = 0.0, phase: float = 0.0
+    ) -> Ring:
+        """Return a ring with the scene's sensor and ring radius for a link.
+
+        Args:
+            link: a link of the robot that carries rings.
+            position: position along the link's mount axis, 0 (proximal) to 1 (distal).
+            count: number of sensors.
+            tilt: angle of each sensor's axis out of the ring's plane, positive toward the distal
+                end, rad.
+            phase: rotation of the ring about the mount axis, rad.
+
+        Returns:
+            The ring.
+
+        Raises:
+            InputError: for a link that the robot does not have, or a value out of range.
+
+        Example:
+            >>> import place_rings as pr
+            >>> pr.Scene().ring("forearm", 0.5, 16).radius
+            0.08
+        """
+        with input_errors("ring"):
+            self.robot.mount(link)
+            radius, sensor = self.radius_of(link), self.sensor_of(link)
+            return Ring(link, position, count, tilt, phase, radius, sensor)
+
+    def __repr__(self) -> str:
+        return f"<Scene: {', '.join(self._parts())}>"
+
+    def _repr_html_(self) -> str:
+        items = "".join(f"<li>{escape(part)}</li>" for part in self._parts())
+        return f"<b>Scene</b><ul>{items}</ul>"
+
+    def _parts(self) -> list[str]:
+        poses = f"{len(self.poses)} pose{'s' * (len(self.poses) != 1)}"
+        goals = ", ".join(
+            str(g) + (f" (weight {g.weight:g})" if len(self.targets) > 1 else "")
+            for g in self.targets
+        )
+        parts = [self.robot.name, poses, goals, f"occlusion {self.occlusion}"]
+        if not self.real:
+            parts.append("rings without bodies")
+        if self.obstacles:
+            parts.append(f"{len(self.obstacles)} obstacles")
+        if self.robot.attached:
+            parts.append(f"attached: {', '.join(a.name for a in self.robot.attached)}")
+        if self.cell_sensors:
+            parts.append(f"{len(self.cell_sensors)} sensors of the cell")
+        return parts
 
     def with_cell(self, setup: Setup) -> Setup:
         """Return the setup with the cell's sensors after its own single sensors."""
@@ -241,7 +420,12 @@ class Scene:
     def stated_radius(self, link: str) -> float | None:
         """Return the radius that the scene states for rings on ``link``, m, if any."""
         of_link = self.limits_of(link).radius
-        return self.ring_radius if of_link is None and self.radius_stated else of_link
+        return self.ring_radius if of_link is None else of_link
+
+    @property
+    def default_radius(self) -> float:
+        """The radius of new rings, m, before a real ring raises it."""
+        return RING_RADIUS if self.ring_radius is None else self.ring_radius
 
     def radius_of(self, link: str) -> float:
         """Return the radius of a new ring on ``link``, m: the scene's, if it is stated.
@@ -250,7 +434,7 @@ class Scene:
         link at every allowed tilt.
         """
         stated = self.stated_radius(link)
-        return max(self.ring_radius, self.smallest_radius(link)) if stated is None else stated
+        return max(RING_RADIUS, self.smallest_radius(link)) if stated is None else stated
 
     def smallest_radius(self, link: str) -> float:
         """Return the smallest radius of a ring on ``link``, m, whose boards clear the link at every
@@ -300,3 +484,68 @@ def as_in_paper(scene: Scene) -> Scene:
 def paper_scene(**fields: Any) -> Scene:
     """Return a scene with these fields of ``Scene``, in the paper's world."""
     return as_in_paper(Scene(**fields))
+
+
+def attached_faults(robot: Robot, attached: Sequence[Attached]) -> Iterator[Fault]:
+    """Yield what the robot cannot carry."""
+    for i, one in enumerate(attached):
+        if not robot.bodies:
+            yield ("attached", i), one.name, f"none, because robot {robot.name} has no bodies"
+        elif one.link not in robot.carriers:
+            allowed = f"a link of {robot.name}: {', '.join(robot.carriers)}"
+            yield ("attached", i, "link"), one.link, allowed
+
+
+def faults(scene: Scene) -> Iterator[Fault]:
+    """Yield what contradicts itself in a scene, or what its robot does not allow."""
+    robot = scene.robot
+    links = f"a link of {robot.name}: {', '.join(robot.links)}"
+    yield from pose_faults(scene.poses, robot)
+    yield from _target_faults(scene)
+    fixed = Setup(scene.rules.fixed, scene.rules.fixed_sensors)
+    yield from setup_faults(fixed, robot, scene.sensor, ("fixed", "fixed_sensors"))
+    for link in scene.mounts:
+        if link not in robot.links:
+            yield ("mounts", link), link, links
+    for i, one in enumerate(scene.cell_sensors):
+        if one.link != BASE_LINK:
+            what = "a sensor on the robot belongs to a setup, or to the fixed sensors of the rules"
+            allowed = f"{BASE_LINK}; {what}"
+            yield ("cell_sensors", i, "link"), one.link, allowed
+    without = f"because robot {robot.name} has no bodies"
+    if scene.occlusion != "ignore" and not robot.bodies:
+        yield ("occlusion",), scene.occlusion, f"ignore, {without}"
+    if scene.real and not robot.bodies:
+        yield ("rules", "mount"), "real", f"free, {without}"
+    sensors = [scene.sensor, *(limits.sensor for limits in scene.mounts.values() if limits.sensor)]
+    for sensor in sensors if scene.printing.cover else ():
+        terms = sensor, scene.printing.clearance, scene.printing.least_wall
+        if sensor.board is not None and (why := lid_fault(sensor.board, *terms)):
+            yield ("printing", "cover"), True, f"false, because {why}"
+            return
+
+
+def _target_faults(scene: Scene) -> Iterator[Fault]:
+    """Yield shells within the robot's own volume, near volumes of a robot without bodies, different
+    targets of one name, weights that are all 0, and a person who stands on no floor."""
+    inner, first = scene.curve.robot_radius, dict[tuple[str, float | None], Target]()
+    floors = (one.floor for one in scene.obstacles)
+    if scene.person is not None and all(f is None for f in (scene.person.floor, *floors)):
+        yield ("person", "floor"), None, "a height, m, or an obstacle with a floor"
+    for i, target in enumerate(scene.targets):
+        if target.reachable == "person" and scene.person is None:
+            yield ("targets", i, "reachable"), "person", "true or false without a [person]"
+        target, where = target.target, "radius" if target.named else "volume"
+        for radius in target.radii:
+            if radius <= inner:
+                allowed = f"above {inner:g} m, the radius of V_R, which is no part of V_S"
+                yield ("targets", i, where), radius, allowed
+        if "V_N" in target.names and not scene.robot.bodies:
+            allowed = f"none with V_N, because robot {scene.robot.name} has no bodies"
+            yield ("targets", i, "name"), target.name, allowed
+        if first.setdefault(target.key, target) != target:
+            allowed = f"another name, because a different target is called {target}"
+            yield ("targets", i, "name"), target.name, allowed
+    if not any(target.weight > 0 for target in scene.targets):
+        allowed = "above 0 for at least one target"
+        yield ("targets", 0, "weight"), scene.targets[0].weight, allowed

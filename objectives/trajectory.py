@@ -35,7 +35,7 @@ class MotionRecord:
     """Joint values, rad or m."""
 
 
-@definition
+@definition(kw_only=True)
 class Thinning:
     """How a recorded motion is reduced to poses."""
 

@@ -9,10 +9,9 @@ from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.robots.attached import Attached, ConvexSolid
 from ..coverage.robots.base_frame import HALF_TURN, turned, turned_rpy
 from ..coverage.solids.capsules import Capsules
-from .scene import Obstacle, Scene
 
 
-def states_coordinates(scene: Scene) -> bool:
+def states_coordinates(scene: Any) -> bool:
     """Return whether a scene states coordinates in the base frame that half a turn changes."""
     singles, attached = scene.standing, scene.robot.attached
     return (
@@ -23,21 +22,21 @@ def states_coordinates(scene: Scene) -> bool:
     )
 
 
-def turned_scene(scene: Scene) -> Scene:
-    """Return the scene with all that it states in the base frame turned: obstacles, volumes and
-    weights of targets, walkable areas, sensors of the cell, and what is fixed or attached to the
-    link ``base``."""
-    return replace(
-        scene,
-        robot=scene.robot.with_attached(tuple(map(turned_attached, scene.robot.attached))),
-        targets=tuple(goal.turned() for goal in scene.targets),
-        obstacles=tuple(map(turned_obstacle, scene.obstacles)),
-        cell_sensors=tuple(map(turned_single, scene.cell_sensors)),
-        person=None if scene.person is None else turned_person(scene.person),
-        rules=replace(
-            scene.rules, fixed_sensors=tuple(map(turned_single, scene.rules.fixed_sensors))
-        ),
-    )
+def turned_fields(scene: Any) -> dict[str, Any]:
+    """Return the fields of a scene with all that it states in the base frame turned: obstacles,
+    volumes and weights of targets, walkable areas, sensors of the cell, and what is fixed or
+    attached to the link ``base``."""
+    robot = scene.robot.with_attached(tuple(map(turned_attached, scene.robot.attached)))
+    fixed = tuple(map(turned_single, scene.rules.fixed_sensors))
+    return {
+        "robot": robot,
+        "attached": robot.attached,
+        "targets": tuple(goal.turned() for goal in scene.targets),
+        "obstacles": tuple(map(turned_obstacle, scene.obstacles)),
+        "cell_sensors": tuple(map(turned_single, scene.cell_sensors)),
+        "person": None if scene.person is None else turned_person(scene.person),
+        "rules": replace(scene.rules, fixed_sensors=fixed),
+    }
 
 
 def turned_person(person: Person) -> Person:
@@ -46,7 +45,7 @@ def turned_person(person: Person) -> Person:
     return replace(person, areas=areas)
 
 
-def turned_obstacle(obstacle: Obstacle) -> Obstacle:
+def turned_obstacle(obstacle: Any) -> Any:
     """Return an obstacle turned."""
     return replace(obstacle, body=_turned_solid(obstacle.body), **_turned_keys(obstacle))
 

@@ -142,7 +142,7 @@ def _compared_criterion(proposal: Proposal, console: Terminal) -> dict[str, floa
         return {}
     with console.status("counting the search criterion"):
         values = proposal.compare_criterion()
-        if len(values) < 1 + len(papers(proposal.scene.core)):
+        if len(values) < 1 + len(papers(proposal.scene)):
             console.print(_INTERRUPTED)
     return values
 
@@ -155,7 +155,7 @@ def _show(
     console: Terminal,
 ) -> None:
     """Print the rings, ζ next to the paper's layouts, and how the search ended."""
-    scene, setup, comparison = proposal.scene.core, proposal.setup, record.comparison
+    scene, setup, comparison = proposal.scene, proposal.setup, record.comparison
     console.print(ring_table(setup, scene.robot, record.sensitivity))
     compared = {"proposal": setup} | papers(scene)
     sensors = {name: one.sensors for name, one in compared.items()}

@@ -12,7 +12,8 @@ limits, and its unit in files where that differs; the docstring under it is its 
         \"\"\"Rotation about z, rad.\"\"\"
 
 A file may also state a value through others: ``_of_table`` turns the keys that a file states into
-those of the fields, and ``_as_table`` those of the fields into what is written. The keys of a field
+those of the fields, and ``_as_table`` those of the fields into what is written. ``_of_arguments``
+completes the arguments of Python, by name. The keys of a field
 that is ``INLINE``, itself a definition, stand among those of the table; a table does not state a
 field that is ``ELSEWHERE``.
 
@@ -67,6 +68,7 @@ def definition(cls: Any = None, *, kw_only: bool = False) -> Any:
     new: Any = dataclass(frozen=True, config=_CONFIG, kw_only=kw_only)(cls)
     construct = new.__init__
     of_files = {key: name for name, key in keys.items() if key != name}
+    completed = getattr(cls, "_of_arguments", None)
 
     @wraps(construct)
     def checked(self: Any, *args: Any, **given: Any) -> None:
@@ -76,8 +78,11 @@ def definition(cls: Any = None, *, kw_only: bool = False) -> Any:
                 line = f"found an unknown argument {hint}, allowed: {', '.join(fields_of(new))}"
                 raise InputError(line, f"{new.__name__}: {key}")
         values = {name: as_python(value) for name, value in given.items()}
+        args, names = tuple(map(as_python, args)), new.__match_args__
         try:
-            construct(self, *map(as_python, args), **values)
+            if completed is not None and len(args) <= len(names):
+                args, values = (), completed(dict(zip(names, args, strict=False)) | values)
+            construct(self, *args, **values)
         except ValidationError as error:
             raise explain_argument(error, type(self)) from None
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..angles import radians_hint
 from .escaping import printable
@@ -48,8 +48,8 @@ class InputError(UserError, ValueError):
         >>> try:
         ...     pr.Scene(robot="ur9")
         ... except pr.InputError as error:
-        ...     print(str(error)[:26])
-        robot: unknown robot 'ur9'
+        ...     print(str(error)[:25])
+        Scene: robot: found "ur9"
     """
 
     def __init__(
@@ -132,8 +132,12 @@ def schema_of(model: Any) -> dict[str, Any]:
         schema: dict[str, Any] = model.model_json_schema()
         return schema
     from pydantic import TypeAdapter
+    from pydantic.json_schema import GenerateJsonSchema
 
-    return TypeAdapter(model).json_schema()
+    class Quiet(GenerateJsonSchema):
+        ignored_warning_kinds: ClassVar = {"skipped-choice", "non-serializable-default"}
+
+    return TypeAdapter(model).json_schema(schema_generator=Quiet)
 
 
 def explain(file: str, error: "ValidationError", model: Any) -> UserError:
@@ -186,6 +190,9 @@ def explain_argument(error: "ValidationError", definition: type) -> InputError:
         wide = fault["type"] == "value_error"  # by limits in rad
         hint = radians_hint(fault["input"]) if wide else _hint(fault)
         line = f"{'' if wide else 'in degrees, '}{line}{hint}"
+    if any("_deg" in str(part) for part in path):
+        path = [str(part).removesuffix("_deg") if isinstance(part, str) else part for part in path]
+        line = f"in degrees, {line}{_hint(fault)}"
     return InputError(line, f"{definition.__name__}: {key_path(tuple(path))}".removesuffix(": "))
 
 
@@ -284,6 +291,8 @@ def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
     if "const" in node:
         return str(node["const"])
     kind = node.get("type")
+    if kind == "made":
+        return str(node["description"])
     if kind == "object":
         return "a table" + (
             f" with keys among {', '.join(node['properties'])}" if "properties" in node else ""

@@ -1,11 +1,13 @@
 """Types of fields, with their limits: lengths, points and the like."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import BeforeValidator, Field, GetPydanticSchema
 from pydantic.json_schema import SkipJsonSchema
+from pydantic_core import core_schema
 
 T = TypeVar("T")
 FARTHEST = 100.0  # m, largest distance from the base
@@ -32,12 +34,32 @@ def _unchecked(*_: Any) -> Any:
     return any_schema()
 
 
+def _many(values: Any) -> bool:
+    return isinstance(values, Iterable) and not isinstance(values, str | bytes | Mapping)
+
+
+@dataclass(frozen=True)
+class Made:
+    """Annotation of an object that is made in Python: its class states no table of a file."""
+
+    allowed: str
+    """What may be passed, for messages."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return core_schema.is_instance_schema(source)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        return {"type": "made", "description": self.allowed}
+
+
 Items = Annotated[tuple[T, ...], BeforeValidator(as_tuple)]
 """Any number of items; a list or an array becomes a tuple."""
 Pair = Annotated[tuple[T, T], BeforeValidator(as_tuple)]
 Triple = Annotated[tuple[T, T, T], BeforeValidator(as_tuple)]
 InPython = Annotated[T, GetPydanticSchema(_unchecked), SkipJsonSchema(), Field(exclude=True)]
 """A value of a record that files do not state."""
+Several = Annotated[tuple[T, ...], BeforeValidator(lambda v: as_tuple(v) if _many(v) else (v,))]
+"""One item or any number of them, as a tuple."""
 Text = Annotated[str, Field(max_length=LONGEST_NAME)]
 Metres = Annotated[float, Field(gt=0, le=100, description="length, m")]
 Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate, m")]

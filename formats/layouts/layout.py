@@ -157,7 +157,7 @@ def _setup(path: Path, file: LayoutFile, scene: Scene) -> Setup:
                 ),
             )
         stated = Setup(tuple(file.rings), tuple(file.sensors))
-        return with_scene(stated, scene.sensor, scene.ring_radius)
+        return with_scene(stated, scene.sensor, scene.default_radius)
     except ValueError as error:
         raise UserError(f"{path}: {error}") from error
 

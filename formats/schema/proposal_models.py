@@ -83,7 +83,7 @@ class ProposalFile(VersionedFile):
             ValueError: if the scene's sensor needs an ``up`` that a single sensor lacks.
         """
         stated = Setup(tuple(self.rings), tuple(self.sensors))
-        setup = with_scene(stated, scene.sensor, scene.ring_radius)
+        setup = with_scene(stated, scene.sensor, scene.default_radius)
         if must_turn(scene.robot, self.scene.base):
             return replace(setup, singles=tuple(map(turned_single, setup.singles)))
         return setup

@@ -10,12 +10,13 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import (
     Field,
+    ValidationError,
     field_validator,
     model_validator,
 )
 
 from ...coverage.definitions.definition import Fault, refuse
-from ...coverage.definitions.errors import UserError
+from ...coverage.definitions.errors import InputError, UserError
 from ...coverage.definitions.records import FILE_VERSION
 from ...coverage.electronics.electronics import Electronics
 from ...coverage.occlusion.occlusion_mode import Occlusion
@@ -31,19 +32,17 @@ from ...coverage.robots.robot import Robot
 from ...coverage.robots.robot_table import RobotKey, robot_key
 from ...coverage.robots.separation_distance import Safety
 from ...coverage.sensors.board_packing import Printing
-from ...coverage.sensors.lids import lid_fault
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets.combined import TargetInFiles
 from ...coverage.targets.posed_robot import Shape
-from ...coverage.targets.target import Target
 from ...objectives.link_limits import LinkLimits
 from ...objectives.motion_limits import Motion
 from ...objectives.mount_rules import Limits, Rules
 from ...objectives.poses import Pose, PoseTable, Recorded
 from ...objectives.prices import Prices
-from ...objectives.scene import REFERENCE_POSE_DEG, Obstacle, Scene
+from ...objectives.scene import REFERENCE_POSE_DEG, Obstacle, Scene, attached_faults
 from ...objectives.trajectory import TrajectoryFile
-from ...objectives.turned_cell import states_coordinates, turned_scene
+from ...objectives.turned_cell import states_coordinates
 from .field_types import RingRadius
 from .mapping import MappedModel
 from .versions import VersionedFile
@@ -52,10 +51,6 @@ from .versions import VersionedFile
 def _without_files(solids: list[Solid], noun: str) -> tuple[Solid, ...]:
     """Return the solids that need no other file; the loader adds meshes."""
     return tuple(solid for solid in named(solids, noun) if solid.file is None)
-
-
-def _links_of(robot: Robot) -> str:
-    return f"a link of {robot.name}: {', '.join(robot.links)}"
 
 
 class SceneModel(MappedModel[Scene]):
@@ -165,7 +160,13 @@ class SceneModel(MappedModel[Scene]):
         if not robot.bodies:
             rules = keys.get("rules", {}) if isinstance(keys, dict) else self.rules
             self._without_bodies(isinstance(rules, Rules) or "mount" in rules)
-        refuse([*self._pose_faults(robot), *self._robot_faults(robot), *self._choice_faults(robot)])
+        refuse(self._faults(robot))
+        try:
+            self.to_domain()
+        except InputError as error:  # by the scene itself, whose names are those of the keys
+            if isinstance(error.__context__, ValidationError):
+                raise error.__context__ from None
+            raise
         return self
 
     @property
@@ -180,75 +181,24 @@ class SceneModel(MappedModel[Scene]):
         if not mount_stated:
             self.__dict__["rules"] = replace(self.rules, mount="free")
 
-    def _pose_faults(self, robot: Robot) -> Iterator[Fault]:
-        """Yield poses with other joints than the robot's, or beyond their limits."""
+    def _faults(self, robot: Robot) -> Iterator[Fault]:
+        """Yield what the robot does not allow of what a scene has otherwise than its file."""
         for i, pose in enumerate(self.poses):
             for where, found, allowed in pose.faults(robot):
                 yield ("poses", i, *where), found, allowed
-
-    def _robot_faults(self, robot: Robot) -> Iterator[Fault]:
-        """Yield targets, rings and rules that the robot does not allow."""
         try:
             must_turn(robot, self.base)
         except ValueError as error:
             yield ("base",), self.base, str(error)
         if self.calibration is not None:
             yield from self.calibration.faults(robot)
-        yield from self._target_faults(robot)
-        for i, tool in enumerate(self.attached):
-            if not robot.bodies:
-                allowed = f"none, because robot {robot.name} has no bodies"
-                yield ("attached", i), tool.name, allowed
-            elif tool.link not in robot.carriers:
-                allowed = f"a link of {robot.name}: {', '.join(robot.carriers)}"
-                yield ("attached", i, "link"), tool.link, allowed
-        yield from setup_faults(self._fixed, robot, self.sensor, ("fixed", "fixed_sensors"))
-        if self.occlusion != "ignore" and not robot.bodies:
-            allowed = f"ignore, because robot {robot.name} has no bodies"
-            yield ("occlusion",), self.occlusion, allowed
+        yield from attached_faults(robot, self.attached)
         if self.rules.mount == "real" and not robot.bodies:
             allowed = f"free, because robot {robot.name} has no bodies"
             yield ("rules", "mount"), "real", allowed
-
-    def _target_faults(self, robot: Robot) -> Iterator[Fault]:
-        """Yield shells within the robot's own volume, near volumes of a robot without bodies, and
-        different targets of one name."""
-        inner, first = self.curve.robot_radius, dict[tuple[str, float | None], Target]()
-        floors = (one.floor for one in self.obstacles)
-        if self.person is not None and all(f is None for f in (self.person.floor, *floors)):
-            yield ("person", "floor"), None, "a height, m, or an obstacle with a floor"
-        for i, target in enumerate(self.targets):
-            if target.reachable == "person" and self.person is None:
-                yield ("targets", i, "reachable"), "person", "true or false without a [person]"
-            target, where = target.target, "radius" if target.named else "volume"
-            for radius in target.radii:
-                if radius <= inner:
-                    allowed = f"above {inner:g} m, the radius of V_R, which is no part of V_S"
-                    yield ("targets", i, where), radius, allowed
-            if "V_N" in target.names and not robot.bodies:
-                allowed = f"none with V_N, because robot {robot.name} has no bodies"
-                yield ("targets", i, "name"), target.name, allowed
-            if first.setdefault(target.key, target) != target:
-                allowed = f"another name, because a different target is called {target}"
-                yield ("targets", i, "name"), target.name, allowed
-
-    def _choice_faults(self, robot: Robot) -> Iterator[Fault]:
-        """Yield keys that exclude each other, weights that are all 0, mounts of no link, and lids
-        on boards without room for them."""
+        yield from setup_faults(self._fixed, robot, self.sensor, ("fixed", "fixed_sensors"))
         if self.trajectory is not None and "poses" in self.model_fields_set:
             yield ("trajectory",), self.trajectory.file, "either poses or a trajectory, not both"
-        if not any(target.weight > 0 for target in self.targets):
-            allowed = "above 0 for at least one target"
-            yield ("targets", 0, "weight"), self.targets[0].weight, allowed
-        for link in self.mounts:
-            if link not in robot.links:
-                yield ("mounts", link), link, _links_of(robot)
-        sensors = [self.sensor, *(mount.sensor for mount in self.mounts.values() if mount.sensor)]
-        for sensor in sensors if self.printing.cover else ():
-            terms = sensor, self.printing.clearance, self.printing.least_wall
-            if sensor.board is not None and (why := lid_fault(sensor.board, *terms)):
-                yield ("printing", "cover"), True, f"false, because {why}"
-                return
 
     def to_domain(self, **given: Any) -> Scene:
         """Return the scene without the meshes and poses that other files hold."""
@@ -257,17 +207,15 @@ class SceneModel(MappedModel[Scene]):
         if self.calibration is not None:
             robot = self.calibration.applied(robot)
         fixed = with_scene(self._fixed, sensor, radius)
-        scene = super().to_domain(
-            robot=robot.with_attached(_without_files(self.attached, "attached")),
-            base_stated=self.base is not None,
+        return super().to_domain(
+            robot=robot,
+            attached=_without_files(self.attached, "attached") or robot.attached,
+            base=self.base,
             poses=tuple(pose.pose(robot.chain) for pose in self.poses),
-            ring_radius=radius,
-            radius_stated=self.ring_radius is not None,
             rules=replace(self.rules, fixed=fixed.rings, fixed_sensors=fixed.singles),
             obstacles=_without_files(self.obstacles, "obstacle"),
             **given,
         )
-        return turned_scene(scene) if must_turn(robot, self.base) else scene
 
     @classmethod
     def from_domain(cls, value: Scene, **given: Any) -> Self:
@@ -284,14 +232,12 @@ class SceneModel(MappedModel[Scene]):
     def record_of(cls, value: Scene, **given: Any) -> Self:
         """Return the record of a scene, of which files may be unable to hold the targets."""
         fixed = table_of(Setup(value.rules.fixed, value.rules.fixed_sensors), value.sensor)
-        stated = value.radius_stated or value.ring_radius != RING_RADIUS
         return super().from_domain(
             value,
             robot=robot_key(value.robot),
             base=_written_base(value),
             calibration=CalibrationTable.of(value.robot),
             poses=[PoseTable.of(pose, value.robot.chain) for pose in value.poses],
-            ring_radius=value.ring_radius if stated else None,
             fixed=fixed["rings"],
             fixed_sensors=fixed["sensors"],
             attached=list(value.robot.attached),
@@ -303,9 +249,7 @@ def _written_base(scene: Scene) -> BaseFrame | None:
     """Return the base of a file: the robot's own, where it was stated or coordinates depend on
     it."""
     own = base_frame(scene.robot)
-    if scene.base_stated:
-        return own or "base_link"
-    return own if states_coordinates(scene) else None
+    return scene.base or (own if states_coordinates(scene) else None)
 
 
 class SceneFile(SceneModel, VersionedFile):

@@ -158,7 +158,7 @@ def _ring_or_singles(
             single_on_link(scene.robot, T, apex[:, k], axis[:, k], ups[k], sensor)
             for k in range(count)
         ]
-    radius = scene.ring_radius
+    radius = scene.default_radius
     return min(good, key=lambda fit: (round(fit[0], _TIE), abs(fit[1].radius - radius)))[1]
 
 

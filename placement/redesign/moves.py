@@ -71,7 +71,7 @@ def _added(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched |
         t, spare = _with_counts(t, {giver: -given}), spare + given
     if spare < least or not work.segments(t.free):
         return None
-    ring = Ring("", 0.0, min(spare, most), 0.0, 0.0, work.scene.ring_radius, work.scene.sensor)
+    ring = Ring("", 0.0, min(spare, most), 0.0, 0.0, work.scene.default_radius, work.scene.sensor)
     ring = _somewhere(work, t.free, ring, rng)
     ring = replace(ring, sensor=work.scene.sensor_of(ring.link))
     like = next((r for r in work.mounted.rings if r.link == ring.link), ring)

@@ -132,7 +132,7 @@ def part_lines(results: Sequence[Verified]) -> list[str]:
 def base_lines(scene: Scene) -> list[str]:
     """Return a line if a UR arm has a cell that half a turn about z would change, and its scene
     states no base frame."""
-    if scene.base_stated or base_frame(scene.robot) is None or not states_coordinates(scene):
+    if scene.base is not None or base_frame(scene.robot) is None or not states_coordinates(scene):
         return []
     return [
         f"The scene states no base, so its coordinates are in {frame_text(scene.robot)}. base_link"

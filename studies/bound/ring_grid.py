@@ -45,7 +45,7 @@ class RingGrid:
                 for count, phase in itertools.product(self.counts, range(self.phases)):
                     turn = 2 * math.pi / count * phase / self.phases
                     at = float(place), count, float(tilt), turn
-                    found.append(Ring(mount.link, *at, scene.ring_radius, scene.sensor))
+                    found.append(Ring(mount.link, *at, scene.default_radius, scene.sensor))
         return found
 
 

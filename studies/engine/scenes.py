@@ -56,7 +56,7 @@ def setup_from(setup: str | Rings | Sensors, scene: Scene) -> Setup:
         return layout_in(scene, setup)
     keys: Sensors = {"rings": setup} if isinstance(setup, list) else setup
     stated = adapter(Setup).validate_python(keys)
-    return with_scene(stated, scene.sensor, scene.ring_radius)
+    return with_scene(stated, scene.sensor, scene.default_radius)
 
 
 def setup_keys(setup: Setup, scene: Scene) -> dict[str, list[dict[str, Any]]]:

@@ -301,8 +301,8 @@ def test_none_stands_for_a_default():
     scene = pr.Scene(**full)
     assert scene.obstacles == (table,)
     assert scene.ring_radius == 0.1
-    assert scene.replace(**dict.fromkeys(full)).core == plain.core
-    assert pr.Scene(**dict.fromkeys(full)).core == plain.core
+    assert scene.replace(**dict.fromkeys(full)) == plain
+    assert pr.Scene(**dict.fromkeys(full)) == plain
 
 
 def test_trajectories_compare_and_hash_as_objects():
@@ -313,13 +313,12 @@ def test_trajectories_compare_and_hash_as_objects():
 
 
 def test_a_scene_does_not_change():
-    with pytest.raises(AttributeError, match="replace"):
+    with pytest.raises(AttributeError):
         NEAR.robot = pr.robots["ur3"]
     other = NEAR.replace(robot="ur3", targets=[pr.ToolSphere()])
     assert other.robot.name == "ur3"
     assert NEAR.robot.name == "ur10"
     assert np.array_equal(other.poses[0].q, pr.robots["ur3"].rest)
-    assert repr(pr.Scene.of(NEAR.core)) == repr(NEAR)
 
 
 REFUSED = """
@@ -336,11 +335,11 @@ occlusion dark ignore shadow blind <- pr.Scene(occlusion="dark")
 occlusion 3 <- pr.Scene(occlusion=3)
 sensor <- pr.Scene(sensor=3)
 mounts leg ur10 <- pr.Scene(mounts={"leg": pr.Limits()})
-mounts [1] Limits <- pr.Scene(mounts=[1])
-mounts 'abc' <- pr.Scene(mounts="abc")
-mounts 3 'tool' <- pr.Scene(mounts={"tool": 3})
+mounts list table <- pr.Scene(mounts=[1])
+mounts "abc" <- pr.Scene(mounts="abc")
+mounts.tool 3 <- pr.Scene(mounts={"tool": 3})
 obstacles 5 obstacle <- pr.Scene(obstacles=5)
-replace robots <- pr.Scene().replace(robots="ur3")
+robots <- pr.Scene().replace(robots="ur3")
 -1 <- pr.Shell(-1)
 weight -1 <- pr.Shell(0.5, weight=-1)
 weight "a" <- pr.Shell(0.5, weight="a")

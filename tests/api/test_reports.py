@@ -66,7 +66,7 @@ def test_the_steps_of_an_improvement_are_proposals(better, tmp_path):
     (step,) = better.steps
     assert step.setup == better.setup != pr.Setup.named("n1_8_0")
     assert better.before < better.coverage == step.coverage
-    counted = Verifier(PAPER.core, 0.05).verify(better.setup, Shell(0.5))
+    counted = Verifier(PAPER, 0.05).verify(better.setup, Shell(0.5))
     assert better.coverage == counted.zeta
     assert better.name.startswith("n1_8_0")
     assert len(better.instructions) == 1

@@ -142,7 +142,7 @@ def test_errors_travel_whole():
     with pytest.raises(pr.InputError) as caught:
         pr.Scene(robot="ur9")
     again = ForkingPickler.loads(ForkingPickler.dumps(caught.value))
-    assert (str(again), again.argument) == (str(caught.value), "robot")
+    assert (str(again), again.argument) == (str(caught.value), "Scene: robot")
     with pytest.raises(pr.InfeasibleError) as infeasible:
         pr.search(NEAR, sensors=1)
     again = ForkingPickler.loads(ForkingPickler.dumps(infeasible.value))

@@ -198,8 +198,8 @@ def test_it_is_the_same_in_python_in_files_and_in_commands(run):
     )
     assert code == 0
     assert f'"zeta_percent": {100 * near:.2f}'[:-1] in out
-    again = SceneModel.from_domain(scene.core).to_domain()
-    assert again.targets == scene.core.targets
+    again = SceneModel.from_domain(scene).to_domain()
+    assert again.targets == scene.targets
 
 
 STICK = """

@@ -232,8 +232,8 @@ def test_there_and_back_through_python():
     ]
     scene = pr.Scene(targets=each)
     assert list(scene.targets) == each
-    assert copy.deepcopy(scene.core.targets) == scene.core.targets
-    text = to_toml(SceneModel.from_domain(scene.core))
+    assert copy.deepcopy(scene.targets) == scene.targets
+    text = to_toml(SceneModel.from_domain(scene))
     assert "[[targets]]" in text
 
 
@@ -276,7 +276,7 @@ def test_functions_stay_out_of_files():
     function = pr.Implicit(lambda p: np.linalg.norm(p, axis=1) - 1, ((-1, -1, -1), (1, 1, 1)))
     scene = pr.Scene(targets=pr.UnionOf([function, pr.Shell(0.5)], name="round"))
     with pytest.raises(UserError):
-        SceneModel.from_domain(scene.core)
+        SceneModel.from_domain(scene)
     assert isinstance(scene.targets[0], pr.UnionOf)
 
 

@@ -218,8 +218,8 @@ def test_there_and_back():
         person=pr.Person(areas=[[(0, 0), (1, 0), (0, 1)]], shoulder=1.0),
         obstacles=pr.Obstacle("floor", floor=-0.7),
     )
-    back = SceneModel.from_domain(scene.core).to_domain()
-    assert (back.person, back.targets) == (scene.core.person, scene.core.targets)
+    back = SceneModel.from_domain(scene).to_domain()
+    assert (back.person, back.targets) == (scene.person, scene.targets)
     with pytest.raises(pr.InputError) as error:
         pr.Scene(targets=pr.Shell(0.5, reachable="person"))
     assert "reachable" in str(error.value)

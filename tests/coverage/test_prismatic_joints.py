@@ -111,10 +111,10 @@ def test_coverage_on_a_rail_is_that_of_the_arm_alone():
     """With self-occlusion and real rings, at a place of the carriage on the lattice."""
     arm, voxel = ROBOTS["ur10"].with_links(True), 0.05
     rules, goals = Rules(mount="real"), (Shell(0.5), ReachSphere())
-    alone = Scene(arm, (Pose(arm.rest),), goals, rules=rules, occlusion="shadow")
+    alone = Scene(arm, poses=(Pose(arm.rest),), targets=goals, rules=rules, occlusion="shadow")
     rail = carried(arm)
     at = (Pose(np.append(12 * voxel, arm.rest)),)
-    on = Scene(rail, at, goals, rules=rules, occlusion="shadow")
+    on = Scene(rail, poses=at, targets=goals, rules=rules, occlusion="shadow")
     space = Space(alone, sensors=16)
     setup = space.setup(fresh(space, np.random.default_rng(0)))
     for goal in goals:

@@ -169,7 +169,7 @@ def test_there_and_back(tmp_path):
         obstacles=pr.Obstacle("table", centre=(0, 0, -0.1), size=(2, 2, 0.1)),
     )
     assert [str(t.target) for t in scene.targets] == ["V_S(0.5) reachable", "box", "V_S(0.5)"]
-    assert SceneModel.from_domain(scene.core).to_domain().targets == scene.core.targets
+    assert SceneModel.from_domain(scene).to_domain().targets == scene.targets
     (tmp_path / "scene.toml").write_text(
         "[[targets]]\nname = 'V_O'\nreachable = true\n[[obstacles]]\nfloor = 0.0\n"
     )

@@ -94,7 +94,7 @@ def test_every_design_of_a_search_is_wired_powered_and_told_alike(model, rate):
 def agrees(model, rate, robot, seed):
     """Rates, bytes and currents, read from the pages, the sketch and the report."""
     electronics = Electronics(rate, controller=sorted(CONTROLLERS)[seed % 3])
-    scene = pr.Scene(robot, sensor=pr.sensors[model], electronics=electronics).core
+    scene = pr.Scene(robot, sensor=pr.sensors[model], electronics=electronics)
     if all(unwired(scene, scene_ring(scene, link)) for link in scene.robot.links):
         with refused("electronics: 3", error=InfeasibleError):
             Space(scene, sensors=12)

@@ -194,7 +194,6 @@ def test_a_file_keeps_the_angles_of_a_less_precise_catalogue(tmp_path):
             {
                 "sensor": effective(Use("vl53l5cx")).sensor,
                 "ring_radius": 0.09,
-                "radius_stated": True,
             },
             {"poses": (Pose(np.radians(REFERENCE_POSE_DEG)),), "robot": ROBOTS["ur10e"]},
         ]

@@ -128,7 +128,7 @@ def _mesh(triangles):
 def test_our_own_export_comes_back(tmp_path, name, rail):
     robot = ROBOTS[name].with_links(True)
     robot = carried(robot, (1.0, 0.0, 0.0)) if rail else robot
-    scene = Scene(robot, (Pose(robot.rest),), rules=Rules(mount="free"), occlusion="ignore")
+    scene = Scene(robot, poses=(Pose(robot.rest),), rules=Rules(mount="free"), occlusion="ignore")
     setup = Setup.named("n1_3_0")
     path = tmp_path / "scene.xml"
     path.write_bytes(mjcf(PlacedSetup(scene, setup, 0, tmp_path))["scene.xml"])

@@ -197,7 +197,7 @@ def test_a_motion_of_a_rail_without_names_is_refused(tmp_path):
         read_record(path, ON_RAIL)
     rows[20, 1] = 50.0
     path.write_text(record_text(JOINTS, rows))
-    scene = Scene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
+    scene = Scene(ON_RAIL, poses=(Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
     with refused("motion.csv rail 2 s 50.05 m 0.1 s"):
         with_record(scene, path)
     rows[:, 1] = np.linspace(-1, 3, 41)
@@ -213,7 +213,7 @@ def test_every_sample_is_as_near_to_its_pose_as_reported(poses, within_mm):
     rows = a_motion()
     record = MotionRecord(rows[:, 0], rows[:, 1:])
     length = np.linalg.norm(UR10.chain.origin[1:, :3, 3], axis=1).sum()
-    thinned = thin(record, ON_RAIL, Thinning(poses, within_mm / 1000 / length))
+    thinned = thin(record, ON_RAIL, Thinning(poses=poses, within=within_mm / 1000 / length))
     weigh = np.append(1 / length, np.ones(6))
     off = np.abs(rows[:, None, 1:] - np.array([p.q for p in thinned.poses])) * weigh
     assert off.max(axis=2).min(axis=1).max() == pytest.approx(thinned.within, abs=1e-12)
@@ -224,8 +224,8 @@ def test_every_sample_is_as_near_to_its_pose_as_reported(poses, within_mm):
 def test_what_is_printed_names_joints(tmp_path):
     path = tmp_path / "motion.csv"
     path.write_text(record_text(JOINTS, a_motion()))
-    scene = Scene(ON_RAIL, (Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
-    scene = with_record(scene, path, Thinning(3))
+    scene = Scene(ON_RAIL, poses=(Pose(ON_RAIL.rest),), rules=FREE, occlusion="ignore")
+    scene = with_record(scene, path, Thinning(poses=3))
     assert "prismatic" in record_line(scene)
     setup = Setup.named("n1_3_0")
     verified = Verifier(scene, 0.1).verify(setup, scene.targets[0].target)
@@ -236,7 +236,7 @@ def test_what_is_printed_names_joints(tmp_path):
 
 
 def test_sensor_poses_name_joints(folder):
-    scene = Scene(ON_RAIL, (Pose(np.append(0.7, UR10.rest)),), rules=FREE, occlusion="ignore")
+    scene = Scene(ON_RAIL, poses=(Pose(np.append(0.7, UR10.rest)),), rules=FREE, occlusion="ignore")
     setup = Setup.named("n1_3_0")
     text = json_of(poses_file(scene, setup, 0))
     assert json.loads(text)["q"]["rail_m"] == pytest.approx(0.7)
@@ -269,7 +269,7 @@ def test_python_names_joints():
 @pytest.mark.parametrize("name", ["ur5e", "panda"])
 def test_a_urdf_export_has_the_rail_as_a_prismatic_joint(tmp_path, name):
     robot = carried(ROBOTS[name].with_links(True), (0.0, 1.0, 1.0))
-    scene = Scene(robot, (Pose(robot.rest),), rules=FREE, occlusion="ignore")
+    scene = Scene(robot, poses=(Pose(robot.rest),), rules=FREE, occlusion="ignore")
     path = tmp_path / "robot.urdf"
     path.write_bytes(urdf(PlacedSetup(scene, Setup.named("n1_3_0"), 0, tmp_path))["robot.urdf"])
     picked = pick_chain(read_urdf(path), None, "tcp")

@@ -306,7 +306,7 @@ def test_files_and_pictures_of_a_proposal():
 @pytest.mark.parametrize(("seed", "sensors"), [(0, 12), (1, 40)])
 def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
     rng, sensor = np.random.default_rng(seed), sensor_of("vl53l5cx")
-    scene = Scene(sensor=sensor, ring_radius=0.085, radius_stated=True, electronics=OWN)
+    scene = Scene(sensor=sensor, ring_radius=0.085, electronics=OWN)
     space = Space(scene, sensors=sensors)
     c = fresh(space, rng)
     for _ in range(5):

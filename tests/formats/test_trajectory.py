@@ -51,7 +51,9 @@ def nearest(record, poses):
 @given(drawing.seeds, st.integers(1, 60), st.sampled_from([0.0, 1.0, 5.0]))
 def test_weights_sum_to_the_time_and_every_sample_is_near_its_pose(seed, most, speed_weight):
     record = motion(np.random.default_rng(seed))
-    found = thin(record, UR10, Thinning(most, math.radians(5), speed_weight))
+    found = thin(
+        record, UR10, Thinning(poses=most, within=math.radians(5), speed_weight=speed_weight)
+    )
     assert len(found.poses) <= most
     assert math.fsum(p.weight for p in found.poses) == pytest.approx(20.0, rel=1e-8)
     assert min(p.weight for p in found.poses) > 0
@@ -66,7 +68,9 @@ def test_poses_are_spread_at_most_twice_as_wide_as_need_be():
     """On a straight line of length 1, n poses cannot be nearer than 1 / 2n; farthest points are
     within twice that, and the step to the middle of a group at most doubles it."""
     t = np.linspace(0, 10, 2001)
-    found = thin(MotionRecord(t, np.outer(t / 10, np.eye(6)[1])), UR10, Thinning(10, 0.0))
+    found = thin(
+        MotionRecord(t, np.outer(t / 10, np.eye(6)[1])), UR10, Thinning(poses=10, within=0.0)
+    )
     assert len(found.poses) == 10
     assert found.within <= 4 / 20
 
@@ -95,7 +99,7 @@ def test_dwell_and_speed_weigh():
     )
     ends = {}
     for speed_weight in (0.0, 1.0):
-        found = thin(record, UR10, Thinning(20, 0.0, speed_weight)).poses
+        found = thin(record, UR10, Thinning(poses=20, within=0.0, speed_weight=speed_weight)).poses
         ends[speed_weight] = (
             sum(p.weight for p in found if min(abs(p.q[0]), abs(p.q[0] - 1)) < 0.02) / 19
         )
@@ -117,7 +121,7 @@ def test_the_rate_and_the_direction_of_the_record_do_not_matter(seed, rate):
         t, np.stack([np.interp(t, record.time_s, joint) for joint in record.q.T], axis=1)
     )
     back = MotionRecord(record.time_s, record.q[::-1].copy())
-    how = Thinning(60, 0.0)
+    how = Thinning(poses=60, within=0.0)
     first = thin(record, UR10, how)
     for other in (thin(again, UR10, how), thin(back, UR10, how)):
         assert 0.8 < other.within / first.within < 1.25

@@ -83,7 +83,7 @@ def pendant(table):
 
 
 def counts(scene):
-    setup, each = pr.Setup((pr.Scene.of(scene).ring("forearm", 0.4, 6, tilt=0.4),)), []
+    setup, each = pr.Setup((scene.ring("forearm", 0.4, 6, tilt=0.4),)), []
     for goal in scene.targets:
         try:
             v = Verifier(scene, VOXEL).verify(setup, goal.target)
@@ -118,8 +118,8 @@ def test_python_and_target_files_turn_likewise(tmp_path):
     wall = pr.Obstacle("wall", size=(0.1, 1.0, 1.0), centre=(0.7, 0.3, 0.2))
     scene = pr.Scene("ur5e", targets=box, obstacles=wall, base="pendant")
     assert scene.targets[0].centre == (-0.5037, -0.2, 0.4)
-    again = scene.replace(obstacles=wall, base="pendant").core.obstacles[0]
-    assert again == scene.core.obstacles[0]
+    again = scene.replace(obstacles=wall, base="pendant").obstacles[0]
+    assert again == scene.obstacles[0]
     assert again.centre == (-0.7, -0.3, 0.2)
     assert scene.base == "base_link"
     with refused("base", "pendant", error=pr.InputError):
@@ -144,7 +144,7 @@ def test_a_robot_of_another_maker_has_no_pendants_base(tmp_path):
 def test_sensors_of_a_proposal_on_the_base_turn_with_its_scene(tmp_path):
     single = pr.MountedSensor("base", (0.3, 0.2, 0.5), (1.0, 0.5, 0.0))
     file = tmp_path / "proposal.toml"
-    written = ProposalFile.of(pr.Setup((), (single,)), pr.Scene("ur5e").core)
+    written = ProposalFile.of(pr.Setup((), (single,)), pr.Scene("ur5e"))
     stated = written.scene.model_copy(update={"base": "pendant"})
     file.write_text(to_toml(written.model_copy(update={"scene": stated}), "p"), "utf-8")
     setup, scene, _ = read_proposal(file)
@@ -161,4 +161,4 @@ def test_a_cell_of_a_ur_arm_without_a_base_gets_a_note():
         pr.Scene("ur5e"),
         pr.Scene("panda", obstacles=wall),
     ]
-    assert [len(base_lines(scene.core)) for scene in each] == [1, 0, 0, 0]
+    assert [len(base_lines(scene)) for scene in each] == [1, 0, 0, 0]

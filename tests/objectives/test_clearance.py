@@ -337,7 +337,7 @@ def test_a_real_ring_goes_around_the_tube_itself():
 
 
 def test_what_cannot_be_mounted_is_refused_with_key_link_and_values():
-    stated = Scene(occlusion="shadow", ring_radius=0.06, radius_stated=True)
+    stated = Scene(occlusion="shadow", ring_radius=0.06)
     limits = {"upper_arm": Limits(radius=0.06), "forearm": Limits(radius=0.07)}
     wall = Obstacle("wall", box((0, 0, 0.5), (4, 4, 2)))
     for scene, says in (
@@ -400,10 +400,10 @@ def test_a_link_can_have_a_ring_radius_of_its_own(tmp_path):
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.09, "forearm": 0.07, "tool": 0.09}
     assert [r.radius for r in ring_layout(scene, 1, 4).rings] == [0.09, 0.07, 0.09]
     assert SceneModel.from_domain(scene).to_domain().mounts == scene.mounts
-    real = replace(scene, occlusion="shadow", radius_stated=False)
+    real = replace(scene, occlusion="shadow", ring_radius=None)
     # meant, and not raised as the others are
     assert Space(real, sensors=40).radii["forearm"] == 0.07
-    assert Space(real, sensors=40).radii["upper_arm"] == 0.09
+    assert Space(real, sensors=40).radii["upper_arm"] == 0.08
 
 
 def test_a_refusal_names_the_scenes_file(run, tmp_path):
@@ -433,14 +433,13 @@ def test_a_real_mount_is_read_back_from_its_file():
     rules = Rules(mount="real", standoff=0.02, clearance=0.003, spacing=0.01)
     for scene in (
         paper_scene(rules=rules),
-        paper_scene(rules=rules, ring_radius=0.12, radius_stated=True),
+        paper_scene(rules=rules, ring_radius=0.12),
         paper_scene(),
     ):
         again = SceneModel.from_domain(scene).to_domain()
-        assert (again.rules, again.ring_radius, again.radius_stated) == (
+        assert (again.rules, again.ring_radius) == (
             scene.rules,
             scene.ring_radius,
-            scene.radius_stated,
         )
     assert forward(UR10.chain, paper_scene().poses[0].q).ndim == 3
 

@@ -110,7 +110,7 @@ def test_the_share_of_a_ball_about_one_place_has_a_closed_form():
     half, low = math.radians(20), math.radians(-30)
     limits = Limits(position=(0.5, 0.5), tilt=(low, low), radius=1e-3)
     others = Limits(sensor=Sensor(2 * half, 0.01))
-    scene = pr.Scene.paper(robot="ur10", sensor=Sensor(2 * half, 5.0)).core
+    scene = pr.Scene.paper(robot="ur10", sensor=Sensor(2 * half, 5.0))
     scene = replace(
         scene,
         mounts={link: limits if link == "forearm" else others for link in scene.robot.links},

@@ -95,7 +95,7 @@ def test_sensors_in_housings_and_in_their_own_tube_are_named():
 def test_a_layout_that_cannot_be_mounted_has_an_answer_and_stated_faults(robot, occlusion):
     """One rule for all robots: sensors in a body, the own link's or another, see nothing."""
     scene = pr.Scene(robot=robot, occlusion=occlusion)
-    setup = named_setup("n2_16_55", scene.core.sensor, scene.core.ring_radius)
+    setup = named_setup("n2_16_55", scene.sensor, scene.default_radius)
     counted = pr.verify(setup, scene, voxel=0.1)
     assert counted.setup == setup
     free = pr.verify(setup, scene.replace(occlusion="ignore"), voxel=0.1)
@@ -104,7 +104,7 @@ def test_a_layout_that_cannot_be_mounted_has_an_answer_and_stated_faults(robot, 
     within = {(u.ring, u.within) for u in record.unseeing if u.within}
     assert within
     assert any(f"ring {ring} (" in line for ring, _ in within for line in record.mounting)
-    own = own_link_fault(scene.core, counted.setup)
+    own = own_link_fault(scene, counted.setup)
     if own is not None:
         assert any(own.startswith(f"ring {ring}, ") for ring, _ in within)
 
@@ -117,8 +117,8 @@ def test_a_layouts_name_puts_real_rings_where_they_can_be_closed(robot):
         (r.link, r.count, r.tilt) for r in rings
     ]
     for ring in counted.setup.rings:
-        assert ring.radius >= scene.core.smallest_radius(ring.link)
-        low, high = MountClearance(scene.core).closed(ring)
+        assert ring.radius >= scene.smallest_radius(ring.link)
+        low, high = MountClearance(scene).closed(ring)
         assert low > high or low - 1e-9 <= ring.position <= high + 1e-9
     through = pr.verify("n2_16_25", scene.replace(occlusion="ignore"), voxel=0.1)
     assert through.setup == counted.setup  # another model of occlusion moves no ring
@@ -136,7 +136,7 @@ def test_a_robot_without_bodies_occludes_nothing_and_says_so(run, tmp_path):
     assert counted.covered_voxels == paper.covered_voxels
     with pytest.raises(BodilessError, match=r"robot ur10 .*blind"):
         occluders(scene, UR10.rest, "blind")
-    with pytest.raises(pr.InputError, match="occlusion: found shadow"):
+    with pytest.raises(pr.InputError, match='occlusion: found "shadow"'):
         pr.Scene(robot=bare, occlusion="shadow")
     (tmp_path / "bare.toml").write_text(to_toml(replace(bare, name="bare"), file=RobotFile))
     (tmp_path / "scene.toml").write_text('robot = "bare.toml"\n')

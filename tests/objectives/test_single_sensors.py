@@ -162,7 +162,7 @@ def test_a_pose_that_cannot_be_names_its_file_and_key(tmp_path, key, wrong, foun
 
 
 def test_a_sensor_of_the_cell_is_on_the_base():
-    with pytest.raises(ValueError, match=r"cell_sensors\[0\].link: found 'tool'"):
+    with pytest.raises(ValueError, match=r'cell_sensors\[0\].link: found "tool"'):
         Scene(cell_sensors=(replace(CAMERA, link="tool"),))
 
 

@@ -356,7 +356,7 @@ def test_arguments_of_python_are_checked():
     field = pr.weight_field(np.ones((2, 2)), cell=(1, 1, 1))
     scene = pr.Scene(targets=[pr.Shell(0.5, importance=field), pr.Shell(0.5)])
     assert [t.importance for t in scene.targets] == [field, None]
-    assert replace(scene.core).targets == scene.core.targets
+    assert replace(scene).targets == scene.targets
 
 
 def test_a_search_covers_where_the_weight_is():

@@ -277,7 +277,7 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
         "tool": Limits(radius=0.075),
     }
     rules = Rules(sensors=(least, 24), max_rings_per_link=1)
-    scene = Scene(sensor=Sensor(board=VL53L1X), mounts=limits, rules=rules, radius_stated=True)
+    scene = Scene(sensor=Sensor(board=VL53L1X), mounts=limits, rules=rules, ring_radius=0.08)
     first = Space(scene, sensors=least)
     assert len({*first.largest()}) > 1
     most = sum(first.largest())

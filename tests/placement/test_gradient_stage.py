@@ -29,7 +29,7 @@ SCENES = {
 
 def asked(name: str, points: int, seed: int = 0, poses: int = 1) -> tuple[Space, SoftCoverage]:
     """Return two rings of 8 sensors on each link, and the soft coverage."""
-    core = SCENES[name].core
+    core = SCENES[name]
     core = replace(core, poses=core.poses * poses)
     drawn = TargetPoints(core, points, seed)
     return Space(core, ring_layout(core, 2, 8)), SoftCoverage(core, drawn.terms, drawn.points)
@@ -76,7 +76,7 @@ def test_the_exchange_chooses_links_and_counts_beside_an_accelerator_too(
 ) -> None:
     """On a GPU gradients found 56.5 % of V_S(1.5) with 80 sensors in the time of the exchange's
     61 %."""
-    scene, few = SCENES["paper"].core, (Round(256, 2, 1, 4, 0.3, trials=4, library=40),)
+    scene, few = SCENES["paper"], (Round(256, 2, 1, 4, 0.3, trials=4, library=40),)
 
     def found() -> Setup:
         return search(Space(scene, sensors=12), seed=3, schedule=few, voxel=0.05).setup

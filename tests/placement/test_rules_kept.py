@@ -138,7 +138,7 @@ def drawn(rng):
     rules = Rules(some(0, 0.08), some(0, 0.04), (least, least + extra), most, shared)
     rules = replace(rules, mount=mount, standoff=some(0.005, 0.02), clearance=some(0.001, 0.01))
     boxes = some((-0.8, -0.8, -0.3), (0.8, 0.8, 1.3), (rng.integers(3), 3))
-    scene = Scene(robot, tuple(map(Pose, poses)), mounts=limits, rules=rules)
+    scene = Scene(robot, poses=tuple(map(Pose, poses)), mounts=limits, rules=rules)
     obstacles = (Obstacle(f"{i}", box(at, np.full(3, SIZE))) for i, at in enumerate(boxes))
     occlusion = str(rng.choice(["ignore", "shadow", "blind"]))
     scene = replace(scene, occlusion=occlusion, obstacles=tuple(obstacles))

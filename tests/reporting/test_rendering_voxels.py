@@ -170,7 +170,7 @@ angles = st.tuples(*[st.floats(-180.0, 180.0)] * 3)
 
 
 def cell(*obstacles):
-    return pr.Scene(obstacles=obstacles, base="base_link").core
+    return pr.Scene(obstacles=obstacles, base="base_link")
 
 
 @given(sides, angles)

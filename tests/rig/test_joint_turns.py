@@ -171,7 +171,7 @@ def test_poses_of_a_motion_are_those_within_half_a_turn(tmp_path, degrees):
     q[:, 5] += np.radians(degrees) * np.linspace(0, 1, 1000)
     path = written(tmp_path / "m.csv", robot, q)
     assert np.abs(read_record(path, robot).q - q).max() < 1e-9
-    scene = with_record(paper_scene(robot=robot), path, Thinning(30))
+    scene = with_record(paper_scene(robot=robot), path, Thinning(poses=30))
     for pose in scene.poses:
         assert abs(pose.q[5]) <= math.pi + 1e-9
         assert angles_apart(q, pose.q).max(axis=1).min() < 0.6
