@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ...formats.ring_frame import SENSORS
 from .line_grammar import GRAMMARS, NO_TARGET_MM
 from .protocol import Arrivals, Counts, Decoder, Frame, SequenceTracker, measured
 from .status import CHIPS, MOST_MM, Status, StatusCodes
@@ -31,7 +32,6 @@ class FrameDecoder(Protocol):
 
 # a packed frame without a checksum: a magic, a sequence number, then mm and status of each sensor
 _MAGIC, _SEQUENCE = b"\x5a\x5a", struct.Struct("<H")
-_SENSOR = np.dtype([("mm", "<u2"), ("status", "u1")])
 
 
 class PackedDecoder:
@@ -46,7 +46,7 @@ class PackedDecoder:
         self, count: int, counts: Counts | None = None, codes: StatusCodes | None = None
     ) -> None:
         self.counts, self._count, self._codes = counts or Counts(), count, codes
-        self._length = len(_MAGIC) + _SEQUENCE.size + count * _SENSOR.itemsize
+        self._length = len(_MAGIC) + _SEQUENCE.size + count * SENSORS.itemsize
         self._arrivals = Arrivals()
         self._order = SequenceTracker(self.counts, 1 << 8 * _SEQUENCE.size)
 
@@ -74,7 +74,7 @@ class PackedDecoder:
         sequence = _SEQUENCE.unpack_from(data, len(_MAGIC))[0]
         if not self._order.take(sequence, np.nan):
             return []
-        sensors = np.frombuffer(data, _SENSOR, self._count, len(_MAGIC) + _SEQUENCE.size)
+        sensors = np.frombuffer(data, SENSORS, self._count, len(_MAGIC) + _SEQUENCE.size)
         mm, code = sensors["mm"], sensors["status"]
         status = code
         if self._codes is None:

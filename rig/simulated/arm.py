@@ -13,7 +13,8 @@ from ruckig import (
     Synchronization,
 )
 
-JOINTS = 6  # of every robot that the client supports
+from ..robot.state import JOINTS
+
 _JERK = 200.0  # rad/s³; no command specifies it
 MOST_SPEED = 3.15  # rad/s, as in the real controller
 MOST_ACCELERATION = 40.0  # rad/s²

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...formats.ring_frame import SENSORS
 from ..rings.protocol import Status, encode, encode_zones, hello
 from ..rings.zones import Zones
 
@@ -25,10 +26,8 @@ def _frame(sequence: int, clock: float, distance: np.ndarray, status: np.ndarray
 
 
 def _esp32(sequence: int, clock: float, distance: np.ndarray, status: np.ndarray) -> bytes:
-    sensors = b"".join(
-        struct.pack("<HB", mm, s) for mm, s in zip(_mm(distance), status, strict=True)
-    )
-    return b"\x5a\x5a" + struct.pack("<H", sequence % _TURN) + sensors
+    sensors = np.array([*zip(_mm(distance), status, strict=True)], SENSORS)
+    return b"\x5a\x5a" + struct.pack("<H", sequence % _TURN) + sensors.tobytes()
 
 
 def _text(sequence: int, clock: float, distance: np.ndarray, status: np.ndarray) -> bytes:

@@ -11,7 +11,7 @@ from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from ..mount.mounting_error_model import LIMITS, free, moved
 from ..mount.ring_fit import RingFit
-from ..sensing.zone_grid import GridTurn, every_turn, zone_grid
+from ..sensing.zone_grid import GridTurn, every_turn, zone_grid, zoned
 from .world import DEAD, World
 
 # minimum of sensors of a ring, to distinguish a swap or a reversed order from a rotation
@@ -137,8 +137,8 @@ def injected(scene: Scene, setup: Setup, seed: int, faults: Faults = "random") -
 def _turned(rng: np.random.Generator, setup: Setup, dead: int | None) -> Int[np.ndarray, " K"]:
     """Draw the sensor with zones that is turned, and by which angle; one that answers."""
     turns = np.zeros(setup.sensors, int)
-    zoned = [zone_grid(ring.sensor) != (1, 1) for ring in setup.rings]
-    some = [k for k, (i, _) in enumerate(setup.labels) if i < len(zoned) and zoned[i] and k != dead]
+    rings = {i for i in zoned(setup) if i < len(setup.rings)}
+    some = [k for k, (i, _) in enumerate(setup.labels) if i in rings and k != dead]
     if some:
         k = some[int(rng.integers(len(some)))]
         every = every_turn(*zone_grid(setup.groups[setup.labels[k][0]].sensor))

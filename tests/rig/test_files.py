@@ -46,6 +46,7 @@ from .bags import (
     joint_state,
     range_,
     recorded_messages,
+    rig_messages,
     text,
     write_mcap,
     write_sqlite,
@@ -193,18 +194,9 @@ def opened(path, robot=ROBOT, setup=SETUP, readings=None, steps=None, pairs=()):
     return read_files(files, setup, robot, names, rings)
 
 
-def standing(seconds=2.0, rate=50, q=(0.1, -0.2, 0.3, -0.4, 0.5, -0.6), names=CHAIN):
-    """A rig that stands still, each sensor at its own rate and distance, as messages."""
-    told = []
-    for n in range(int(seconds * rate)):
-        time = START + n / rate
-        told.append(("/joint_states", JOINTS, time, joint_state(time, names, q)))
-        if n % 5 == 2:
-            for ring, sensor in SETUP.labels:
-                read = 0.5 + 0.1 * ring + 0.01 * sensor
-                data = range_(time, f"tof_{ring}_{sensor}", read)
-                told.append(("/tof", RANGE, time, data))
-    return told
+def standing(seconds=2.0, q=(0.1, -0.2, 0.3, -0.4, 0.5, -0.6)):
+    """A rig that stands still, each sensor at its own distance, as messages."""
+    return rig_messages(np.tile(q, (int(50 * seconds), 1)), CHAIN, SETUP)
 
 
 def mcap(folder, messages, **more):

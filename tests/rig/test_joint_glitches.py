@@ -14,13 +14,12 @@ from place_rings.rig.sources.joint_glitches import JUMP
 from place_rings.rig.sources.standstills import standstills
 
 from ..support.refusals import refused
-from .bags import JOINTS, RANGE, START, joint_state, range_, write_mcap, write_sqlite
+from .bags import rig_messages, write_mcap, write_sqlite
 from .cell import SCENE, SETUP
 from .commands import call, proposed, result_of
 from .test_joint_turns import tracked, written
 
 ROBOT = SCENE.robot
-CHAIN = ROBOT.chain.joints
 POSE = np.array([0.3, -0.9, 1.2, -1.9, -1.57, 0.4])
 rates = st.sampled_from([20, 50, 125, 500])
 
@@ -150,16 +149,8 @@ def test_a_check_says_what_it_left_out(tmp_path, kind):
         joints.write_text(joints.read_text().replace("nan", ""))  # as pandas writes it
         files = ["--joints", joints, "--readings", readings(tmp_path / "readings.csv", 4)]
     else:
-        told = []
-        for n, row in enumerate(q):
-            time = START + n / 50
-            told.append(("/joint_states", JOINTS, time, joint_state(time, CHAIN, row)))
-            if n % 5 == 0:
-                for ring, sensor in SETUP.labels:
-                    data = range_(time, f"tof_{ring}_{sensor}", 0.9)
-                    told.append(("/tof", RANGE, time, data))
         write = write_mcap if kind == "mcap" else write_sqlite
-        write(tmp_path / f"rig.{kind}", told)
+        write(tmp_path / f"rig.{kind}", rig_messages(q, ROBOT.chain.joints, SETUP))
         files = ["--joints", tmp_path / f"rig.{kind}"]
     words = ["check", small, *files, "--part", "self", "--voxel", "0.1"]
     assert call(*words, "--out", out) in (0, 1)

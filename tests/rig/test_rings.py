@@ -22,8 +22,13 @@ COUNT = 4
 BUSY = 20.0  # s that a thread may take to wake on a busy machine
 
 
+def stamped(n, clock, count=COUNT):
+    """The n-th frame, at ``clock`` s of its ring's clock."""
+    return encode(n, clock, np.full(count, 0.5), np.zeros(count, int))
+
+
 def frame(n):
-    return encode(n, n / 20, np.full(COUNT, 0.5), np.zeros(COUNT, int))
+    return stamped(n, n / 20)
 
 
 def judged(line, steps):
@@ -72,11 +77,6 @@ def test_lost_frames_and_a_restart_are_told():
     events, frames = judged(line, [(3 + n / 20, frame(n)) for n in range(10)])
     assert events == [Happened.RESTARTED]
     assert len(frames) == 10
-
-
-def stamped(n, clock, count=COUNT):
-    """The n-th frame, at ``clock`` s of its ring's clock."""
-    return encode(n, clock, np.full(count, 0.5), np.zeros(count, int))
 
 
 @given(st.floats(0.5, 1e6))
