@@ -41,7 +41,7 @@ def millimetres(
     Raises:
         ValueError: if a number does not fit its field.
     """
-    mm = np.rint(1000 * np.where(np.isin(status, DISTANT), distance, 0.0))
+    mm: np.ndarray = np.rint(1000 * np.where(np.isin(status, DISTANT), distance, 0.0))
     if not np.all((mm >= 0) & (mm <= MOST_MM)) or not np.isin(status, list(Status)).all():
         raise ValueError(f"distances must be 0 to {MOST_MM} mm, statuses 0 to {max(Status)}")
     return mm

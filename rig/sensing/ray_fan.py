@@ -80,7 +80,7 @@ def ball_around(body: Polyhedron) -> tuple[Float[np.ndarray, " 3"], float]:
     half-space."""
     if not len(body.edges):
         return np.zeros(3), np.inf
-    corners = body.edges.reshape(-1, 3)
+    corners = np.asarray(body.edges).reshape(-1, 3)
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
     return middle, float(np.linalg.norm(corners - middle, axis=1).max())
 

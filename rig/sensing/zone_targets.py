@@ -158,5 +158,5 @@ def _bodies(
     if scene.robot.carried:
         for pose in np.unique(of):
             for body in carried_polyhedra(scene.robot, poses[pose]):
-                middle, radius = ball_around(body)
-                yield middle, np.where(of == pose, radius, -np.inf), hit_polyhedron(body)
+                middle, reach = ball_around(body)
+                yield middle, np.where(of == pose, reach, -np.inf), hit_polyhedron(body)

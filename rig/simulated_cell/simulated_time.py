@@ -153,7 +153,8 @@ class _Way:
     def at(self, time: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 6"]:
         """Return the joint angles (n, 6) rad at ``time`` (n,) s."""
         step = np.rint((time - _BEGIN) * self._pace.states).astype(int)
-        return np.array([q for q, _ in self.states])[np.minimum(step, len(self.states) - 1)]
+        q: np.ndarray = np.array([q for q, _ in self.states])
+        return q.take(step, axis=0, mode="clip")
 
 
 def mount_check(
@@ -218,8 +219,9 @@ def _within(
 ) -> Bool[np.ndarray, " n"]:
     """Return which times lie in a step, or up to ``before`` s before one."""
     begin, end = np.transpose(steps)
-    within: np.ndarray = (time[:, None] >= begin - before) & (time[:, None] <= end)
-    return within.any(axis=1)
+    each = (time[:, None] >= begin - before) & (time[:, None] <= end)
+    within: np.ndarray = each.any(axis=1)
+    return within
 
 
 def _told(

@@ -5,9 +5,10 @@ from functools import partial
 from pathlib import Path
 
 from ...coverage.definitions.errors import UserError, shown
+from ...formats.export.ros2_bag import TEXT
 from ...formats.optional_dependencies import require
 from .messages import Message, RigFile, checked_time, listed, refuse
-from .ros_messages import DECODERS, TEXT, BadMessageError
+from .ros_messages import DECODERS, BadMessageError
 
 SUFFIXES = (".mcap", ".db3")
 _CHUNK = 128 << 20  # bytes, largest chunk of an MCAP file once decompressed
