@@ -17,9 +17,9 @@ _RETRY = 0.05  # s between attempts to open a port
 class RingReader:
     """Reads ring ``number`` at ``port`` and passes on its frames, its events and all its bytes.
 
-    It detects a lost port within 20 ms, silence or bytes without a valid frame within
-    ``limits.ring_silent`` s of the last frame, and a port that is back within 50 ms of its
-    appearance; plus the time that the machine takes to wake a thread.
+    It reads until ``ended`` is set. It detects a lost port within 20 ms, silence or bytes without a
+    valid frame within ``limits.ring_silent`` s of the last frame, and a port that is back within 50
+    ms of its appearance; plus the time that the machine takes to wake a thread.
     """
 
     def __init__(
@@ -33,67 +33,52 @@ class RingReader:
     ) -> None:
         self._number, self._port = number, port
         self._on_frame, self._on_event, self._record = on_frame, on_event, record
-        self._line = Line(number, port, time.monotonic(), limits)
-        self._last, self._open = None, False
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=f"ring {number}", daemon=True)
-        self._thread.start()
-
-    _last: Frame | None
-
-    @property
-    def counts(self) -> Counts:
-        """Counts of the line."""
-        return self._line.counts
+        self.line = Line(number, port, time.monotonic(), limits)
+        self._last: Frame | None = None
+        self._open, self.ended = False, threading.Event()
+        self.thread = threading.Thread(target=self._run, name=f"ring {number}", daemon=True)
+        self.thread.start()
 
     @property
     def starting(self) -> bool:
         """Whether the ring may still be starting: its port is open, as which it may have restarted,
         and no frame of any ring has come yet.
         """
-        counts = self._line.counts
+        counts = self.line.counts
         return self._open and not counts.frames and not counts.sizes
 
     def latest(self) -> Frame | None:
         """Return the newest frame if it is fresh, else None."""
         frame = self._last
-        fresh = frame and time.monotonic() - frame.time <= self._line.silent
+        fresh = frame and time.monotonic() - frame.time <= self.line.silent
         return frame if fresh else None
-
-    def end(self) -> None:
-        """Ask the thread to stop reading."""
-        self._ended.set()
-
-    def join(self) -> None:
-        """Wait until the thread has stopped."""
-        self._thread.join()
 
     def _run(self) -> None:
         import serial  # only when there is a ring to read
 
-        while not self._ended.is_set():
+        while not self.ended.is_set():
             try:
                 with serial.Serial(
                     self._port.name, self._port.baud, timeout=_TICK, exclusive=True
                 ) as port:
-                    self._line.opened(now := time.monotonic())
+                    self.line.opened(now := time.monotonic())
                     self._record(Record(Kind.OPENED, self._number, now))
                     self._open = True
-                    while not self._ended.is_set():
+                    while not self.ended.is_set():
                         data = port.read(1)
                         self._take(
                             data + port.read(port.in_waiting) if data else b"", time.monotonic()
                         )
             except (OSError, ValueError) as error:  # serial.SerialException is an OSError
                 self._last, self._open = None, False
-                for event in self._line.gone(time.monotonic(), str(error)):
+                for event in self.line.gone(time.monotonic(), str(error)):
                     self._on_event(event)
-                self._ended.wait(_RETRY)
+                self.ended.wait(_RETRY)
 
     def _take(self, data: bytes, now: float) -> None:
         if data:
             self._record(Record(Kind.BYTES, self._number, now, data))
-        for found in self._line.take(data, now):
+        for found in self.line.take(data, now):
             if isinstance(found, Frame):
                 self._last = found
                 self._on_frame(self._number, found)
@@ -128,7 +113,7 @@ class RingReaders(Closing):
     @property
     def counts(self) -> list[Counts]:
         """Counts of each line."""
-        return [reader.counts for reader in self._readers]
+        return [reader.line.counts for reader in self._readers]
 
     def latest(self) -> list[Frame | None]:
         """Return each ring's newest frame; None where it is not fresh."""
@@ -149,6 +134,6 @@ class RingReaders(Closing):
     def close(self) -> None:
         """Stop reading."""
         for reader in self._readers:
-            reader.end()
+            reader.ended.set()
         for reader in self._readers:
-            reader.join()
+            reader.thread.join()

@@ -59,7 +59,8 @@ class Link(Closing):
     ) -> None:
         self._on_state, self._record, self._on_fault = on_state, record, on_fault
         self._states: deque[State] = deque(maxlen=int(_MEMORY * limits.rate))
-        self._fault: LinkFaultError | None = None
+        self.fault: LinkFaultError | None = None
+        """Why the link ended; None while it works."""
         self._changed, self._closing = threading.Condition(), False
         self._stale = limits.state_stale * patience
         self.robot = robot
@@ -75,16 +76,11 @@ class Link(Closing):
         self._thread = threading.Thread(target=self._watch, name="robot link", daemon=True)
         self._thread.start()
 
-    @property
-    def fault(self) -> LinkFaultError | None:
-        """Why the link ended; None while it works."""
-        return self._fault
-
     def latest(self) -> State:
         """Return the newest state; raise LinkFaultError if no state is fresh."""
         with self._changed:
-            if self._fault:
-                raise self._fault
+            if self.fault:
+                raise self.fault
             now = time.monotonic()
             # two consistent states
             if len(self._states) < 2 or now - self._states[-1].time > self._stale:
@@ -94,7 +90,7 @@ class Link(Closing):
     def wait(self, seconds: float = START + 1) -> State:
         """Wait for the first state; raise LinkFaultError if none arrives within ``seconds``."""
         with self._changed:
-            self._changed.wait_for(lambda: self._fault or len(self._states) >= 2, seconds)
+            self._changed.wait_for(lambda: self.fault or len(self._states) >= 2, seconds)
         return self.latest()
 
     def close(self) -> None:
@@ -121,7 +117,7 @@ class Link(Closing):
         if self._closing:
             return
         with self._changed:
-            self._fault = fault
+            self.fault = fault
             self._changed.notify_all()
         self._process.kill()
         self._on_fault(fault)
