@@ -31,11 +31,8 @@ from .world import World
 
 RATE = 25.0  # frames a second
 FILE = "world.toml"
-_HAND, _AWAY, _DEEP = (
-    0.04,
-    0.14,
-    0.01,
-)  # m: a hand's radius, distance of its centre from a sensor, its depth
+# m: a hand's radius, distance of its centre from a sensor, its depth
+_HAND, _AWAY, _DEEP = 0.04, 0.14, 0.01
 
 
 class SimulatedCell:
@@ -44,11 +41,9 @@ class SimulatedCell:
     """
 
     def __init__(self, world: World) -> None:
-        self._world, self._rod, self._hand = world, None, None
-        self.counts = tuple(r.count for r in world.mounted.groups)
-
-    _rod: Capsules | None
-    _hand: int | None
+        self._world, self.counts = world, tuple(r.count for r in world.mounted.groups)
+        self._rod: Capsules | None = None
+        self._hand: int | None = None
 
     def see(self, q: Float[np.ndarray, " 6"]) -> list[Float[np.ndarray, "*grid"]]:
         """Return the true distances of each ring's sensors (n,), or of their zones (n, r, c, t),
