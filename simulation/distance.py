@@ -87,8 +87,8 @@ def beliefs(
     distances = np.full((*reading.shape, 2), np.inf)
     t, k = np.nonzero(np.isfinite(reading))
     if len(t):
-        rows = (apex[t, k], axis[t, k], half_angle[k], reading[t, k])
-        rows += (bodies.start[t], bodies.end[t])
+        beams = apex[t, k], axis[t, k], half_angle[k], reading[t, k]
+        rows = *beams, bodies.start[t], bodies.end[t]
         distances[t, k] = slabs(_beliefs, rows, (jnp.asarray(bodies.radius),))
     least: np.ndarray = distances.min(axis=1)
     return least

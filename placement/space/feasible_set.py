@@ -102,9 +102,9 @@ class FeasibleSet:
             if rings is None:
                 _check_budget(self, largest, held)
             else:
-                bare = FeasibleSet(scene, sensors=held) if each is not None else None
+                sizes = None if each is None else FeasibleSet(scene, sensors=held).largest()
                 numbers = rings, len(self.fixed), self.sensors, held, self.least, largest
-                if reason := refusal(*numbers, equal=bare and bare.largest()):
+                if reason := refusal(*numbers, equal=sizes):
                     raise InfeasibleError(reason + self.barred())
                 self.places = rings - len(self.fixed)
             self.most = max(largest, default=self.most)
