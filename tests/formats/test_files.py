@@ -2,7 +2,9 @@
 file.
 """
 
+import copy
 import math
+from dataclasses import replace
 
 import numpy as np
 import place_rings as pr
@@ -11,6 +13,7 @@ import tomli_w
 from hypothesis import given
 from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.definitions.errors import UserError
+from place_rings.coverage.definitions.units import OF_SCENE
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded, table_of, with_scene
 from place_rings.coverage.sensors.effective_range import Use
@@ -19,8 +22,10 @@ from place_rings.formats import writing
 from place_rings.formats.loader import how_found, read_proposal, read_scene, resolve
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
+from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import layout_in
 from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.studies.engine.scenes import keys_of, scene_from
 
 from ..support import drawing
 from ..support.refusals import refused
@@ -197,6 +202,17 @@ def test_rounded_rings_are_those_that_a_file_gives_back(seed):
     )
     read = adapter(Setup).validate_python(table_of(Setup(rings), scene.sensor))
     assert rounded(Setup(rings), scene.sensor) == with_scene(read, scene.sensor)
+
+
+def test_what_a_file_leaves_to_its_scene_is_no_default_of_python():
+    ring, other = Ring("forearm", 0.5, 3), Sensor(math.radians(30), 1.0)
+    rules = Rules(fixed=(ring, replace(ring, sensor=other)))
+    scene = Scene(sensor=other, ring_radius=0.1, rules=rules)
+    assert scene_from(keys_of(scene)).rules.fixed == scene.rules.fixed
+    read = adapter(Setup).validate_python({"rings": [{"link": "forearm", "count": 3}]})
+    assert copy.deepcopy(read).rings[0].sensor is OF_SCENE
+    wanted = Ring("forearm", 0.0, 3, radius=0.1, sensor=other)
+    assert with_scene(read, other, 0.1).rings == (wanted,)
 
 
 def test_the_former_name_of_the_largest_number_of_rings_on_a_link_is_read(tmp_path):
