@@ -137,7 +137,8 @@ def _turned(part: Manifold, yaw: float) -> Manifold:
 
 def _size(part: Manifold, yaw: float) -> Float[np.ndarray, " 3"]:
     """Return the dimensions (3,) mm of a part in its printing orientation."""
-    return np.ptp(np.reshape(_turned(part, yaw).bounding_box(), (2, 3)), axis=0)
+    corners = np.reshape(_turned(part, yaw).bounding_box(), (2, 3))
+    return corners[1] - corners[0]
 
 
 def placed(
