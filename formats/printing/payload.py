@@ -70,7 +70,7 @@ def of_mesh(
         density: kg/m³.
     """
     body = trimesh.triangles.mass_properties(vertices[faces], density=density)
-    return MassProperties(float(body.mass), body.center_mass, body.inertia)
+    return MassProperties(float(body.mass), body.center_mass, np.asarray(body.inertia))
 
 
 def of_solid(solid: Manifold, density: float) -> MassProperties:

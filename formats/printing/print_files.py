@@ -137,8 +137,8 @@ def _turned(part: Manifold, yaw: float) -> Manifold:
 
 def _size(part: Manifold, yaw: float) -> Float[np.ndarray, " 3"]:
     """Return the dimensions (3,) mm of a part in its printing orientation."""
-    corners = np.reshape(_turned(part, yaw).bounding_box(), (2, 3))
-    return corners[1] - corners[0]
+    box = _turned(part, yaw).bounding_box()
+    return np.array(box[3:]) - np.array(box[:3])
 
 
 def placed(
