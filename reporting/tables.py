@@ -236,8 +236,10 @@ def coverage_tables(
     """Return the tables of ζ that are worth printing: ``occlusion_table`` where the models were
     counted, and ``zeta_table`` where they were not or for the worst pose."""
     seen = occlusion_table(results, sensors, where, prices)
-    plain = [zeta_table(results, sensors, where, prices)]
-    return plain * (seen is None or any(r.worst for r in results)) + [seen] * (seen is not None)
+    tables = [] if seen is None else [seen]
+    if seen is None or any(r.worst for r in results):
+        tables.insert(0, zeta_table(results, sensors, where, prices))
+    return tables
 
 
 def count_error_line(voxel: float) -> str:

@@ -111,7 +111,7 @@ class RingHandles:
     def _add(self, root: str, radius: float, movable: bool) -> None:
         self._root = root, radius, movable
 
-        def add(name: str, axes: tuple[bool, bool, bool], moved: Any, **more: bool) -> Any:
+        def add(name: str, axes: tuple[bool, bool, bool], moved: Any, **more: Any) -> Any:
             handle = self._scene.add_transform_controls(
                 f"{root}/{name}",
                 _LARGER * 2 * radius,

@@ -82,7 +82,9 @@ def safety(
             task = bar.add_task("simulating approaches", total=None)
             report = simulated(
                 ResolvedSetup(subject, setup, where),
-                trajectory=path and Trajectory(None, None, path=path, degrees=motion.degrees),
+                trajectory=None
+                if path is None
+                else Trajectory(None, None, path=path, degrees=motion.degrees),
                 progress=lambda done, total: bar.update(task, completed=done, total=total),
                 **vars(options),
             )

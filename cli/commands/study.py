@@ -94,8 +94,7 @@ def study(
     where = read_scene(scene) if scene else None
     where = in_paper(where or Scene()) if paper else where
     pair = resolve_pair(target, where or Scene()) if target else None
-    more = {"scene": where, "targets": pair, "layouts": layout, "folder": out}
-    _run(StudyCall(name, **vars(options), **more))
+    _run(StudyCall(name, **vars(options), scene=where, targets=pair, layouts=layout, folder=out))
 
 
 def _run(call: "StudyCall") -> None:
