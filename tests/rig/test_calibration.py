@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import ROBOTS, calibrated_chain, controller_table
 from place_rings.coverage.robots.calibration import DhTable, dh_table
 from place_rings.coverage.robots.kinematics import forward
+from place_rings.objectives.scene import Scene
 from place_rings.rig.check import arm_calibration
 from place_rings.rig.check.arm_calibration import arm_kinematics
 from place_rings.rig.mount.fit import fit_mount
@@ -193,7 +194,7 @@ def test_an_arm_that_nobody_names_is_not_moved(stated, own):
 
 def test_a_robot_that_no_controller_of_universal_robots_has_is_not_moved(stated):
     stated["info"] = controller_table(SCENE.robot)
-    panda = replace(SCENE, robot=replace(ROBOTS["panda"], name="panda"))
+    panda = Scene(robot="panda")
     with refused("--move", "panda"):
         arm_kinematics(panda, "192.0.2.7", move=True)
 
