@@ -39,7 +39,7 @@ _INFORMATION, _WARNING, _ERROR = 20, 30, 40
 _LATEST = 2.0**31  # s since 1970 that a stamp holds
 
 
-class _Told(NamedTuple):
+class _Message(NamedTuple):
     """A message of the log."""
 
     time: float
@@ -76,8 +76,8 @@ def write_bag(check: PlannedCheck, gathered: Gathered, start: float, folder: Pat
     try:
         with RosBag(path) as bag:
             log = _Log(check, gathered, start, bag)
-            for told in heapq.merge(log.states(), log.readings(), log.notes()):
-                bag.write(told.topic, told.kind, start + told.time, told.message)
+            for message in heapq.merge(log.states(), log.readings(), log.notes()):
+                bag.write(message.topic, message.kind, start + message.time, message.message)
     except OSError as error:
         shutil.rmtree(path, ignore_errors=True)
         raise UserError(f"{path}: the bag cannot be written: {error.strerror}") from error
@@ -89,8 +89,8 @@ def _require_stamps(gathered: Gathered, start: float, path: Path) -> None:
     times += [e.time for e in gathered.events] + [at for at, _ in gathered.said]
     stamps = start + np.array([*times, *gathered.times()])
     if len(stamps) and not (stamps.min() >= 0 and stamps.max() < _LATEST):
-        found = f"{stamps.min():.0f} to {stamps.max():.0f} s since 1970"
-        raise UserError(f"{path}: found times from {found}, wanted: 0 to {_LATEST:.0f} for a bag")
+        span = f"{stamps.min():.0f} to {stamps.max():.0f} s since 1970"
+        raise UserError(f"{path}: found times from {span}, wanted: 0 to {_LATEST:.0f} for a bag")
 
 
 class _Log:
@@ -100,23 +100,23 @@ class _Log:
         self._check, self._gathered, self._start, self._make = check, gathered, start, bag
         self._placed = PlacedSetup(check.scene, check.setup, 0, Path())
 
-    def states(self) -> Iterator[_Told]:
+    def states(self) -> Iterator[_Message]:
         """Yield joint states and transforms."""
         states, names, last = self._gathered.states, self._check.scene.robot.chain.joints, -math.inf
         if states:
             at = self._start + states[0].time
             fixed = self._make.transforms(at, fixed_frames(self._placed))
-            yield _Told(states[0].time, 0, STATIC, TRANSFORMS, fixed)
+            yield _Message(states[0].time, 0, STATIC, TRANSFORMS, fixed)
         for state in states:
             at = self._start + state.time
             joints = self._make.joints(at, names, state.q)
-            yield _Told(state.time, 1, "/joint_states", JOINTS, joints)
+            yield _Message(state.time, 1, "/joint_states", JOINTS, joints)
             if state.time >= last + _PERIOD:
                 last = state.time
                 (moved,) = moved_frames(self._placed, state.q[None])
-                yield _Told(state.time, 2, "/tf", TRANSFORMS, self._make.transforms(at, moved))
+                yield _Message(state.time, 2, "/tf", TRANSFORMS, self._make.transforms(at, moved))
 
-    def readings(self) -> Iterator[_Told]:
+    def readings(self) -> Iterator[_Message]:
         """Yield all readings, as their frames arrived."""
         gathered, groups = self._gathered, self._check.setup.groups
         measured, farthest = gathered.times(), _farthest(gathered, len(groups))
@@ -131,29 +131,29 @@ class _Log:
                     points = zone_points(frame, k, groups[ring])
                     status = frame.zones.status[k, ..., 0]
                     cloud = self._make.points(at, name, points, status)
-                    yield _Told(frame.time, rank, f"/{name}/zones", POINTS, cloud)
+                    yield _Message(frame.time, rank, f"/{name}/zones", POINTS, cloud)
                     continue
                 limits = (0.0, max(sensor.range_m, farthest[ring]))
                 read = self._make.range(at, name, _angle(sensor), limits, _read(frame, k))
-                yield _Told(frame.time, rank, f"/{name}", RANGE, read)
+                yield _Message(frame.time, rank, f"/{name}", RANGE, read)
 
-    def notes(self) -> Iterator[_Told]:
+    def notes(self) -> Iterator[_Message]:
         """Yield the steps of the check, and what happened."""
         names = ring_names(self._check.setup)
-        told = [note for said in self._gathered.said for note in self._said(*said)]
+        messages = [note for said in self._gathered.said for note in self._said(*said)]
         for e in self._gathered.events:
             level = _INFORMATION if e.what is Happened.BACK else _WARNING
             text = f"{e.what.value}{': ' + e.detail if e.detail else ''}"
-            told.append(self._line(e.time, level, names[e.ring], text))
-        yield from sorted(told, key=lambda one: one[:2])
+            messages.append(self._line(e.time, level, names[e.ring], text))
+        yield from sorted(messages, key=lambda message: message[:2])
 
-    def _said(self, time: float, note: dict[str, Any]) -> Iterator[_Told]:
+    def _said(self, time: float, note: dict[str, Any]) -> Iterator[_Message]:
         match note:
             case {"what": "begin", "step": str(step), "number": int(number)}:
                 text = step if step == "self" else f"{step} {number}"
-                yield _Told(time, 1, STEPS, TEXT, self._make.text(text))
+                yield _Message(time, 1, STEPS, TEXT, self._make.text(text))
             case {"what": "end"}:
-                yield _Told(time, 0, STEPS, TEXT, self._make.text("end"))
+                yield _Message(time, 0, STEPS, TEXT, self._make.text("end"))
             case {"what": "warning", "text": str(text)}:
                 yield self._line(time, _WARNING, "check", text)
             case {"what": str(what)}:
@@ -163,9 +163,9 @@ class _Log:
                     time, _ERROR if what == "link ended" else _INFORMATION, "check", text
                 )
 
-    def _line(self, time: float, level: int, name: str, text: str) -> _Told:
+    def _line(self, time: float, level: int, name: str, text: str) -> _Message:
         message = self._make.log(self._start + time, level, name, text)
-        return _Told(time, 2, "/rosout", LOG, message)
+        return _Message(time, 2, "/rosout", LOG, message)
 
 
 def _read(frame: Frame, k: int) -> float:

@@ -45,9 +45,9 @@ def differences(
             " centre, and add 180° to the third of rpy_deg"
         )
     lines += [
-        f"{setup.group_name(i)}: its frames hold {found} zones of each sensor, not {wanted}: set"
+        f"{setup.group_name(i)}: its frames hold {zones} zones of each sensor, not {wanted}: set"
         " the resolution in the firmware, or name the sensor's mode in the proposal"
-        for i, (found, wanted) in done.grids.items()
+        for i, (zones, wanted) in done.grids.items()
     ]
     if done.frozen:
         lines.append(f"sensors with zones that read the same everywhere: {', '.join(done.frozen)}")
@@ -71,11 +71,11 @@ def differences(
     ]
     if mount is not None:
         lines += [f"ring {r.ring} ({r.link}): {fault}" for r in mount.rings for fault in r.faults]
-    for one in coverage:
-        lines += [f"{said} ({one.named})" for said in one.contradicted]
-        if not one.agrees:
-            predicted = f"predicted: {one.predicted_percent:.1f} %"
-            lines.append(f"the rod was seen in {one.measured} of {one.named}, {predicted}")
+    for trials in coverage:
+        lines += [f"{said} ({trials.named})" for said in trials.contradicted]
+        if not trials.agrees:
+            predicted = f"predicted: {trials.predicted_percent:.1f} %"
+            lines.append(f"the rod was seen in {trials.measured} of {trials.named}, {predicted}")
     return lines
 
 
@@ -85,17 +85,17 @@ def _doubts(done: PartResults) -> list[str]:
     """
     if done.doubt is None:
         return []
-    found = done.doubt.found
+    counts = done.doubt.found
     if done.self_check is not None or done.built is not None:
-        found[:, done.doubt.shares[0] == 1] = False
+        counts[:, done.doubt.shares[0] == 1] = False
     return [
         f"sensors that {_DOUBTS[kind]} in more than {100 * MOST:.0f} % of their readings: "
         + ", ".join(
             f"{name} ({100 * shares[k]:.0f} %)"
             for name, k in zip(sensor_names(done.check.setup, which), which, strict=True)
         )
-        for kind, shares, each in zip(KINDS, done.doubt.shares, found, strict=True)
-        if len(which := np.flatnonzero(each))
+        for kind, shares, sensors in zip(KINDS, done.doubt.shares, counts, strict=True)
+        if len(which := np.flatnonzero(sensors))
     ]
 
 

@@ -1,6 +1,4 @@
-"""Models of a check: the header of its recording, and its result (``check.json``, ``check
---json``).
-"""
+"""Models of the result of a check (``check.json``, ``check --json``)."""
 
 from typing import Literal
 

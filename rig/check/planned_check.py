@@ -121,12 +121,12 @@ def ring_names(setup: Setup) -> list[str]:
     """Name each ring and single sensor by its link or, for a single sensor, by its own name; with
     its number among those of the same name if there are several."""
     names = [getattr(group, "name", "") or group.link for group in setup.groups]
-    each: list[str] = []
+    unique: list[str] = []
     for i, name in enumerate(names):
         number = names[:i].count(name)
-        one = name if names.count(name) == 1 else f"{name}.{number}"
-        while one in each or (one != name and one in names):
+        own = name if names.count(name) == 1 else f"{name}.{number}"
+        while own in unique or (own != name and own in names):
             number += 1
-            one = f"{name}.{number}"
-        each.append(one)
-    return each
+            own = f"{name}.{number}"
+        unique.append(own)
+    return unique

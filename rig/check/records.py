@@ -114,10 +114,10 @@ def warnings_of(
     waived = [note for note in gathered.notes("near stop") if note.get("waived") is True]
     shares = [note["share"] for note in waived if isinstance(note.get("share"), float)]
     foreign = [
-        f"{setup.group_name(one.ring)}: {one.corrupt} lines are corrupt, the first foreign one:"
-        f" {one.foreign}"
-        for one in lines
-        if one.foreign
+        f"{setup.group_name(line.ring)}: {line.corrupt} lines are corrupt, the first foreign one:"
+        f" {line.foreign}"
+        for line in lines
+        if line.foreign
     ]
     return [
         *(
@@ -140,13 +140,13 @@ def _waited_for(gathered: Gathered) -> list[EventModel]:
     rings = {
         ring for part in stated if isinstance(part, list) for ring in part if isinstance(ring, int)
     }
-    found, begun = list[EventModel](), set[int]()
+    waited, begun = list[EventModel](), set[int]()
     for event in events_of(gathered):
         if event.what == Happened.BACK.value:
             begun.add(event.ring)
         elif event.ring in rings - begun and event.what in _STARTING:
-            found.append(event)
-    return [event for event in found if event.ring in begun]
+            waited.append(event)
+    return [event for event in waited if event.ring in begun]
 
 
 def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
@@ -172,13 +172,13 @@ def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfMo
     )
 
 
-def sensors_of(setup: Setup, found: Doubt | None) -> list[SensorHealthModel]:
+def sensors_of(setup: Setup, doubtful: Doubt | None) -> list[SensorHealthModel]:
     """Describe the doubtful readings of each sensor."""
-    if found is None:
+    if doubtful is None:
         return []
     names = sensor_names(setup, np.arange(setup.sensors))
-    columns = (names, found.readings.tolist(), found.found.any(axis=0).tolist())
-    rows = zip(*columns, np.round(100 * found.shares.T, 3).tolist(), strict=True)
+    columns = (names, doubtful.readings.tolist(), doubtful.found.any(axis=0).tolist())
+    rows = zip(*columns, np.round(100 * doubtful.shares.T, 3).tolist(), strict=True)
     return [
         SensorHealthModel(
             sensor=name,

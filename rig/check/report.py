@@ -126,11 +126,11 @@ def calibration_notes(r: CheckResult) -> list[str]:
     """Return lines about what the arm's calibration changes; none without one."""
     if not r.calibration:
         return []
-    one = r.calibration[0]
+    effect = r.calibration[0]
     changes = ", ".join(f"{100 * e.nominal:.2f} %" for e in r.calibration)
     return [
-        f"Calibrated kinematics ({one.source}): they move a sensor by up to"
-        f" {1000 * one.largest_move:.2f} mm; with the model's, ζ as proposed would be {changes}."
+        f"Calibrated kinematics ({effect.source}): they move a sensor by up to"
+        f" {1000 * effect.largest_move:.2f} mm; with the model's, ζ as proposed would be {changes}."
     ]
 
 
@@ -186,15 +186,15 @@ def _mount(r: CheckResult) -> list[str]:
     return [*lines, "", _table_of(r.mount.zeta, columns)]
 
 
-def _ring(one: RingFitModel) -> list[str]:
-    by = {e.name: e for e in one.errors}
+def _ring(ring: RingFitModel) -> list[str]:
+    by = {e.name: e for e in ring.errors}
     cells = []
     for name in ("slip", "tilt", "phase", "offset"):
         e = by.get(name)
         was = "" if e is None or e.injected is None else f" / {e.injected:+.2f}"
         cells.append("–" if e is None else f"{e.value:+.2f} ± {e.margin:.2f}{was}")
-    used = [str(one.readings), f"{one.scale:.2f}"] if one.errors else ["–", "–"]
-    return [str(one.ring), escaped(one.link), one.verdict, *cells, *used]
+    used = [str(ring.readings), f"{ring.scale:.2f}"] if ring.errors else ["–", "–"]
+    return [str(ring.ring), escaped(ring.link), ring.verdict, *cells, *used]
 
 
 def _coverage(r: CheckResult) -> list[str]:

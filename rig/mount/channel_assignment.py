@@ -75,16 +75,16 @@ def best_order(
     """Return the most likely order of all wires. ``tables`` has the costs for a ring mounted as
     proposed (False) and the other way round (True); ``silent`` wires are ignored.
     """
-    found: dict[Order, float] = {}
+    total: dict[Order, float] = {}
     for flipped, table in tables.items():
         n = len(table)
         wires = np.setdiff1d(np.arange(n), silent)
         for direction in (-1,) if flipped else (1, -1):
             for shift in range(n):
                 order = Order(direction, shift, flipped)
-                found[order] = float(table[wires, order.seat(n)[wires]].sum())
-    best, meant = min(found, key=lambda o: found[o]), Order()
-    return meant if found[meant] <= found[best] * (1 + _TIE) + SURE else best
+                total[order] = float(table[wires, order.seat(n)[wires]].sum())
+    best, meant = min(total, key=lambda o: total[o]), Order()
+    return meant if total[meant] <= total[best] * (1 + _TIE) + SURE else best
 
 
 def least_cost(
@@ -97,7 +97,7 @@ def least_cost(
         wanted: expected readings of the ring as proposed, and mounted the other way round, m.
     """
     silent = np.flatnonzero(~np.isfinite(measured).any(axis=0))
-    tables = {bool(i): costs(measured, one, COARSE) for i, one in enumerate(wanted)}
+    tables = {bool(i): costs(measured, distance, COARSE) for i, distance in enumerate(wanted)}
     order = best_order(tables, silent)
     wires = np.setdiff1d(np.arange(measured.shape[1]), silent)
     return float(tables[order.flipped][wires, order.seat(measured.shape[1])[wires]].sum())
@@ -117,24 +117,24 @@ def reseated(
     )
     other = np.empty(len(table), int)
     other[wire] = best
-    found, holder = seat.copy(), np.argsort(seat)
+    seats, holder = seat.copy(), np.argsort(seat)
     for cycle in _cycles(holder[other]):
         if table[cycle, seat[cycle]].sum() - table[cycle, other[cycle]].sum() > SURE:
-            found[cycle] = other[cycle]
-    return found
+            seats[cycle] = other[cycle]
+    return seats
 
 
 def _cycles(step: Int[np.ndarray, " n"]) -> list[list[int]]:
     """Return the cycles of a permutation longer than one."""
-    left, found = set(range(len(step))), []
+    left, cycles = set(range(len(step))), []
     while left:
         cycle = [left.pop()]
         while (after := int(step[cycle[-1]])) != cycle[0]:
             cycle.append(after)
             left.remove(after)
         if len(cycle) > 1:
-            found.append(cycle)
-    return found
+            cycles.append(cycle)
+    return cycles
 
 
 def mixed(order: Order, seat: Int[np.ndarray, " n"]) -> list[tuple[int, ...]]:
@@ -145,19 +145,19 @@ def mixed(order: Order, seat: Int[np.ndarray, " n"]) -> list[tuple[int, ...]]:
     return sorted(tuple(sorted(cycle)) for cycle in _cycles(holder[seat]))
 
 
-def told(order: Order, mixed_up: Sequence[tuple[int, ...]]) -> list[str]:
+def wiring_faults(order: Order, mixed_up: Sequence[tuple[int, ...]]) -> list[str]:
     """Describe the faults of a ring's wiring."""
-    found = []
+    faults = []
     if order.flipped:
-        found.append("is mounted the other way round")
+        faults.append("is mounted the other way round")
     elif order.direction < 0:
-        found.append("is wired in reverse")
+        faults.append("is wired in reverse")
     if order.shift:
-        found.append(
+        faults.append(
             f"starts at sensor {order.shift}: rotated, or wired with a shift, by {order.shift}"
             " sensors"
         )
-    return found + [
+    return faults + [
         f"sensors {' and '.join(map(str, cycle))} are"
         f" {'swapped' if len(cycle) == 2 else 'mixed up'}"
         for cycle in mixed_up

@@ -105,12 +105,12 @@ def _misfits(scene: Scene, fit: RingFit, zones: Stops) -> dict[int, str]:
     """Return what is mixed in a fitted ring's grids that fit no turn and no mirror, by wire."""
     wanted = expected_zones(scene, Setup((fit.ring,)), 0, zones.joints)[..., 0]
     wanted = wanted + fit.offset
-    found = dict[int, str]()
+    misfits = dict[int, str]()
     for wire in np.setdiff1d(np.arange(fit.ring.count), fit.dead):
         text = grid_fit(wanted[:, fit.seat[wire]], zones, int(wire)).misfit(wanted.shape[2])
         if text is not None:
-            found[int(wire)] = text
-    return found
+            misfits[int(wire)] = text
+    return misfits
 
 
 def _fit(scene: Scene, ring: Ring, stops: Stops, zones: Stops | None = None) -> RingFit:
@@ -129,38 +129,38 @@ def _fit(scene: Scene, ring: Ring, stops: Stops, zones: Stops | None = None) -> 
     }
     order = best_order(by_zone or tables, np.flatnonzero(none))
     start, seat = ways[order.flipped].rings[0], order.seat(ring.count)
-    each = tables[order.flipped][np.arange(ring.count), seat] / len(joints)
+    mean = tables[order.flipped][np.arange(ring.count), seat] / len(joints)
     same = _still(distance, sigma)
-    silent = np.flatnonzero(none | (same & (each > _ASTRAY)))
+    silent = np.flatnonzero(none | (same & (mean > _ASTRAY)))
 
-    def seated(read: Read, seat: Int[np.ndarray, " n"]) -> _Seated:
+    def in_seats(read: Read, seat: Int[np.ndarray, " n"]) -> _Seated:
         return _seated(scene, start, stops.valid, zones, read, seat, silent)
 
-    found, turns = seated(Read(joints, distance, sigma), seat), None
+    fitted, turns = in_seats(Read(joints, distance, sigma), seat), None
     if zones is not None:
         lost = np.flatnonzero(none | stops.mute)
-        turns = _turns(scene, found, zones, joints, order, lost)
-        least, nearest = nearest_zones(scene, found.built, zones, joints, found.seat, turns)
+        turns = _turns(scene, fitted, zones, joints, order, lost)
+        least, nearest = nearest_zones(scene, fitted.built, zones, joints, fitted.seat, turns)
         least = np.where(np.isfinite(distance), least, np.nan)
         # a zone's nearest ray is farther than the whole beam's nearest point, most at an edge
-        whole = found.wanted[:, found.seat] - found.solved.values[3]
+        whole = fitted.wanted[:, fitted.seat] - fitted.solved.values[3]
         both = np.isfinite(nearest) & np.isfinite(whole)
         apart = np.subtract(nearest, whole, out=np.zeros_like(whole), where=both)
-        found = seated(Read(joints, least - apart, np.hypot(sigma, apart)), found.seat)
-        turns = _turns(scene, found, zones, joints, order, lost)
-    values, covariance, used, scale = found.solved
-    seat, wanted, table = found.seat, found.wanted, found.table
+        fitted = in_seats(Read(joints, least - apart, np.hypot(sigma, apart)), fitted.seat)
+        turns = _turns(scene, fitted, zones, joints, order, lost)
+    values, covariance, used, scale = fitted.solved
+    seat, wanted, table = fitted.seat, fitted.wanted, fitted.table
     # a sensor that works may call what is nearer than it measures uncertain, at every stop
     near = max(BLOCKED, ring.sensor.near_m)
-    some = free(scene, ring)
+    index = free(scene, ring)
     often = (np.isfinite(wanted) & (wanted >= near)).sum(axis=0)[seat] >= _OFTEN
     astray = table[np.arange(ring.count), seat] / len(joints) > _ASTRAY
     dead = stops.mute | (none & often) | (same & astray)
     return RingFit(
         ring,
-        found.built if turns is None else turns.stated_in(found.built),
-        tuple(NAMES[k] for k in some),
-        values[some],
+        fitted.built if turns is None else turns.stated_in(fitted.built),
+        tuple(NAMES[k] for k in index),
+        values[index],
         covariance,
         used,
         scale,
@@ -189,15 +189,15 @@ class _Seated(NamedTuple):
 
 def _turns(
     scene: Scene,
-    found: _Seated,
+    fitted: _Seated,
     zones: Stops,
     joints: Float[np.ndarray, "P J"],
     order: Order,
     silent: Int[np.ndarray, " s"],
 ) -> ZoneTurns:
     """Return how the zone grids of a fitted ring arrive."""
-    turns, table = turn_costs(scene, found.built, zones, joints, float(found.solved.values[3]))
-    return zone_turns(found.built, order, found.seat, turns, table, silent)
+    turns, table = turn_costs(scene, fitted.built, zones, joints, float(fitted.solved.values[3]))
+    return zone_turns(fitted.built, order, fitted.seat, turns, table, silent)
 
 
 def _seated(

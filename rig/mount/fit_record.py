@@ -8,7 +8,7 @@ from jaxtyping import Float
 from pydantic import Field
 
 from ...formats.schema.base_model import StrictModel
-from .channel_assignment import told
+from .channel_assignment import wiring_faults
 from .mounting_error_model import LIMITS, NAMES
 from .ring_fit import RingFit
 
@@ -92,7 +92,7 @@ def fit_of(
 
 def faults(fit: RingFit, number: int) -> list[str]:
     """List the differences of ring ``number`` from its proposal."""
-    found = told(fit.order, fit.mixed)
+    found = wiring_faults(fit.order, fit.mixed)
     found += _mixed_grids(fit)
     if fit.zones is not None:
         found += fit.zones.faults(number, fit.nominal.link)

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 from ...coverage.rings.ring import Setup
 from ..sensing.noise import USUAL_NOISE
 from ..sensing.readings import FAILED, VALID, Readings
-from .channel_assignment import Order, mixed, told
+from .channel_assignment import Order, mixed, wiring_faults
 
 _SURE = 6.0  # standard deviations by which a hand is closer than the background
 _LEAST = 0.03  # m, minimum of the same
@@ -35,7 +35,7 @@ class Waving:
 
     def faults(self) -> list[str]:
         """List the faults of the wiring."""
-        return told(self.order, self.mixed)
+        return wiring_faults(self.order, self.mixed)
 
 
 def waved(readings: Readings, setup: Setup, ring: int) -> Waving:

@@ -55,19 +55,19 @@ def slopes(
     very large. The derivatives assume that the nearest body stays the same one under a small
     displacement.
     """
-    rings = [ring, *(moved(scene, ring, _STEP * one) for one in np.eye(4)[:3])]
+    rings = [ring, *(moved(scene, ring, _STEP * unit) for unit in np.eye(4)[:3])]
     beams, bodies = beams_at(scene, Setup(tuple(rings)), joints), [o.body for o in scene.obstacles]
     index = np.arange(len(beams)).reshape(len(joints), 4, ring.count).transpose(1, 0, 2)[:, which]
     here = only(beams, index[0])
-    each = np.array([to_body(here, body) for body in bodies])
-    nearest, most = each.argmin(axis=0), here.range_m / np.cos(here.half_angle)
-    found, by = np.minimum(each.min(axis=0), most), np.ones((len(most), 4))
+    gaps = np.array([to_body(here, body) for body in bodies])
+    nearest, most = gaps.argmin(axis=0), here.range_m / np.cos(here.half_angle)
+    distance, by = np.minimum(gaps.min(axis=0), most), np.ones((len(most), 4))
     for i, body in enumerate(bodies):
-        some = np.flatnonzero((nearest == i) & (found < most))
-        beside = to_body(only(beams, index[1:, some].ravel()), body).reshape(3, -1)
-        by[some, :3] = ((beside - found[some]) / _STEP).T
-    by[found >= most, :3] = 0.0
-    return found, by
+        near = np.flatnonzero((nearest == i) & (distance < most))
+        beside = to_body(only(beams, index[1:, near].ravel()), body).reshape(3, -1)
+        by[near, :3] = ((beside - distance[near]) / _STEP).T
+    by[distance >= most, :3] = 0.0
+    return distance, by
 
 
 def grazing(by: Float[np.ndarray, "M 4"]) -> Bool[np.ndarray, " M"]:

@@ -72,22 +72,25 @@ def solve(scene: Scene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"])
     Raises:
         MountError: if too few readings of the cell are usable.
     """
-    some, values = free(scene, ring), values.copy()
+    index, values = free(scene, ring), values.copy()
     for width in _WIDTHS:
         which = _counting(scene, ring, read, values)[0]
         residuals, derivatives = _problem(scene, ring, read, which, values, _FARTHEST * width)
-        start = np.clip(values[some] / LIMITS[some], -0.99 * _WIDEST, 0.99 * _WIDEST)
+        start = np.clip(values[index] / LIMITS[index], -0.99 * _WIDEST, 0.99 * _WIDEST)
         rules: Any = {"bounds": (-_WIDEST, _WIDEST), "xtol": 1e-3, "ftol": 1e-3, "max_nfev": 30}
-        found = least_squares(residuals, start, derivatives, loss="soft_l1", f_scale=width, **rules)
-        values[some] = found.x * LIMITS[some]
+        optimum = least_squares(
+            residuals, start, derivatives, loss="soft_l1", f_scale=width, **rules
+        )
+        values[index] = optimum.x * LIMITS[index]
+    widest = _WIDEST * LIMITS[index]
     for _ in range(_STEPS):
         _, off, by = _counting(scene, ring, read, values, _OUT)
         step = -_inverse(by.T @ by) @ by.T @ off
-        values[some] = np.clip(values[some] + step, -_WIDEST * LIMITS[some], _WIDEST * LIMITS[some])
-        if (np.abs(step) <= _SETTLED * LIMITS[some]).all():
+        values[index] = np.clip(values[index] + step, -widest, widest)
+        if (np.abs(step) <= _SETTLED * LIMITS[index]).all():
             break
     _, off, by = _counting(scene, ring, read, values, _OUT)
-    scale = math.sqrt(float(off @ off) / (len(off) - len(some)))
+    scale = math.sqrt(float(off @ off) / (len(off) - len(index)))
     return Solved(values, _ALLOWANCE * scale**2 * _inverse(by.T @ by), len(off), scale)
 
 
@@ -102,7 +105,7 @@ def _counting(
     standard deviations, and not grazing. Return the selection, the residuals in standard
     deviations, and their derivatives by the free errors.
     """
-    built, some = moved(scene, ring, values), free(scene, ring)
+    built, index = moved(scene, ring, values), free(scene, ring)
     seen = expected(scene, Setup((built,)), read.joints)
     with np.errstate(invalid="ignore"):
         off = (seen.distance + values[3] - read.distance) / read.sigma
@@ -112,11 +115,11 @@ def _counting(
     by = slopes(scene, built, read.joints, which)[1]
     steep = grazing(by)
     which[which] = ~steep
-    if which.sum() < 3 * len(some):
+    if which.sum() < 3 * len(index):
         raise MountError(
-            f"{int(which.sum())} usable readings of the cell, at least {3 * len(some)} are needed"
+            f"{int(which.sum())} usable readings of the cell, at least {3 * len(index)} are needed"
         )
-    return which, off[which], by[~steep][:, some] / read.sigma[which][:, None]
+    return which, off[which], by[~steep][:, index] / read.sigma[which][:, None]
 
 
 def _inverse(information: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
@@ -143,16 +146,16 @@ def _problem(
     """Return the residuals and their derivatives, in standard deviations, of the readings ``which``
     as functions of the free errors in ``LIMITS``; residuals end at ``most``.
     """
-    wanted, sigma, some = read.distance[which], read.sigma[which], free(scene, ring)
+    wanted, sigma, index = read.distance[which], read.sigma[which], free(scene, ring)
 
     @lru_cache(1)  # the derivatives are asked for where the residuals were
     def at(x: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
         errors = values.copy()
-        errors[some] = np.array(x) * LIMITS[some]
+        errors[index] = np.array(x) * LIMITS[index]
         distance, by = slopes(scene, moved(scene, ring, errors), read.joints, which)
         off = (distance + errors[3] - wanted) / sigma
         counts = (np.abs(off) < most) & ~grazing(by)
-        slope = np.where(counts[:, None], (by * LIMITS)[:, some] / sigma[:, None], 0.0)
+        slope = np.where(counts[:, None], (by * LIMITS)[:, index] / sigma[:, None], 0.0)
         return np.clip(off, -most, most), slope
 
     return lambda x: at(tuple(x))[0], lambda x: at(tuple(x))[1]

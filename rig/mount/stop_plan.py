@@ -90,14 +90,14 @@ def planned(
     for draw in range(1 + _DRAWS):
         errors = rng.uniform(-1, 1, (len(setup.rings), 4)) * LIMITS * (draw > 0)
         parts.append(_information(scene, setup, joints, errors, frames))
-    each = np.mean(parts, axis=0)
+    information = np.mean(parts, axis=0)
     total = np.tile(np.eye(4), (len(setup.rings), 1, 1))
     chosen: list[int] = []
     for _ in range(min(poses, len(joints))):
-        value = np.linalg.slogdet(total + each)[1].sum(axis=1)
+        value = np.linalg.slogdet(total + information)[1].sum(axis=1)
         value[chosen] = -np.inf
         chosen.append(int(value.argmax()))
-        total = total + each[chosen[-1]]
+        total = total + information[chosen[-1]]
     order = _short_way(joints[chosen], scene.poses[0].q)
     return MountPlan(frames, planned_poses(joints[chosen][order]), (total - np.eye(4)).tolist())
 
@@ -121,7 +121,8 @@ def _information(
     ``LIMITS``.
     """
     mounted = Setup(tuple(moved(scene, r, e) for r, e in zip(setup.rings, errors, strict=True)))
-    seen, found = expected(scene, mounted, joints), np.zeros((len(joints), len(setup.rings), 4, 4))
+    seen = expected(scene, mounted, joints)
+    information = np.zeros((len(joints), len(setup.rings), 4, 4))
     for i, (ring, wires) in enumerate(zip(mounted.rings, mounted.slices, strict=True)):
         which = seen.what[:, wires] == CELL
         distance, by = slopes(scene, ring, joints, which)
@@ -132,8 +133,8 @@ def _information(
         )
         if len(free(scene, ring)) < 4:
             by[:, 0] = 0.0
-        np.add.at(found[:, i], np.nonzero(which)[0], by[:, :, None] * by[:, None, :])
-    return found
+        np.add.at(information[:, i], np.nonzero(which)[0], by[:, :, None] * by[:, None, :])
+    return information
 
 
 def _short_way(joints: Float[np.ndarray, "P J"], start: Float[np.ndarray, " J"]) -> list[int]:

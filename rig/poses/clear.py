@@ -65,14 +65,14 @@ def _from_body(
     """
     low = np.zeros(start.shape[:2])
     width = np.ones(start.shape[:2])
-    found = np.full(start.shape[:2], np.inf)
+    least = np.full(start.shape[:2], np.inf)
     for _ in range(2):
         place = np.clip(low + np.linspace(0, 1, _ALONG)[:, None, None] * width, 0, 1)  # (A, P, N)
         value = body(start + place[..., None] * (end - start))  # (A, P, N)
-        found = np.minimum(found, value.min(axis=0))
+        least = np.minimum(least, value.min(axis=0))
         lowest = np.take_along_axis(place, value.argmin(axis=0)[None], axis=0)[0]
         low, width = lowest - width / (_ALONG - 1), 2 * width / (_ALONG - 1)
-    return found
+    return least
 
 
 def clear(
@@ -155,11 +155,11 @@ def sunk(scene: Scene) -> list[str]:
     """List which bodies are inside an obstacle at which of the scene's own poses, one line each;
     bodies that no joint moves are omitted.
     """
-    found = gaps(scene, np.array([p.q for p in scene.poses]))[1]  # (P, B)
+    distances = gaps(scene, np.array([p.q for p in scene.poses]))[1]  # (P, B)
     names = [(b.name, o.name) for b in scene.robot.enclosed().bodies for o in scene.obstacles]
     return [
-        f"poses[{p}]: {names[b][0]} is {-1000 * found[p, b]:.0f} mm inside {names[b][1]}"
-        for p, b in np.argwhere((found < -_ROUNDING) & ~fixed(scene))
+        f"poses[{p}]: {names[b][0]} is {-1000 * distances[p, b]:.0f} mm inside {names[b][1]}"
+        for p, b in np.argwhere((distances < -_ROUNDING) & ~fixed(scene))
     ]
 
 
@@ -177,13 +177,13 @@ def drawn(
     """
     rng, joints = np.random.default_rng(seed), len(scene.robot.chain)
     low, high = _bounds(scene)
-    found = np.zeros((0, joints))
+    poses = np.zeros((0, joints))
     for _ in range(_TRIES):
-        some = rng.uniform(low, high, (4 * count, joints))
-        found = np.concatenate([found, some[good(some) if good else clear(scene, some)]])
-        if len(found) >= count:
-            return found[:count]
+        tries = rng.uniform(low, high, (4 * count, joints))
+        poses = np.concatenate([poses, tries[good(tries) if good else clear(scene, tries)]])
+        if len(poses) >= count:
+            return poses[:count]
     raise ValueError(
-        f"found {len(found)} clear poses in {4 * count * _TRIES} drawn; allowed: a cell with room"
+        f"found {len(poses)} clear poses in {4 * count * _TRIES} drawn; allowed: a cell with room"
         " to move"
     )

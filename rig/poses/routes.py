@@ -139,15 +139,15 @@ class Roadmap:
         """Return the nodes after ``start`` up to ``goal``; None if there is no path."""
         if not np.isfinite(self._far[start, goal]):
             return None
-        found = [goal] * (start != goal)
-        while found and (before := int(self._before[start, found[0]])) != start:
-            found.insert(0, before)
-        return found
+        nodes = [goal] * (start != goal)
+        while nodes and (before := int(self._before[start, nodes[0]])) != start:
+            nodes.insert(0, before)
+        return nodes
 
     def order(self, start: int, wanted: Sequence[int]) -> list[int]:
         """Return the reachable nodes of ``wanted``, each the nearest of those left."""
-        left, found = [n for n in wanted if np.isfinite(self._far[start, n])], list[int]()
+        left, ordered = [n for n in wanted if np.isfinite(self._far[start, n])], list[int]()
         while left:
-            found.append(min(left, key=lambda n: self._far[found[-1] if found else start, n]))
-            left.remove(found[-1])
-        return found
+            ordered.append(min(left, key=lambda n: self._far[ordered[-1] if ordered else start, n]))
+            left.remove(ordered[-1])
+        return ordered

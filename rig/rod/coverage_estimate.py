@@ -163,12 +163,12 @@ def share(
     """Estimate the share of the target that is seen, from T trials, each of a stratum."""
     value, low, high, open_ = 0.0, 0.0, 0.0, 0.0
     for i, s in enumerate(strata):
-        some = seen[stratum == i]
-        if not len(some):
+        of_stratum = seen[stratum == i]
+        if not len(of_stratum):
             open_ += s.weight
             continue
-        least, most = _interval(int(some.sum()), len(some), CONFIDENCE)
-        p = float(some.mean())
+        least, most = _interval(int(of_stratum.sum()), len(of_stratum), CONFIDENCE)
+        p = float(of_stratum.mean())
         value += s.weight * p
         low += (s.weight * (p - least)) ** 2
         high += (s.weight * (most - p)) ** 2
@@ -181,5 +181,5 @@ def share(
 
 @cache
 def _interval(seen: int, trials: int, confidence: float) -> tuple[float, float]:
-    found = stats.binomtest(seen, trials).proportion_ci(confidence, "exact")
-    return float(found.low), float(found.high)
+    interval = stats.binomtest(seen, trials).proportion_ci(confidence, "exact")
+    return float(interval.low), float(interval.high)

@@ -32,7 +32,7 @@ from ...coverage.weight_field import WeightField
 from ...formats.schema.versions import Versioned
 from ...objectives.scene import Scene
 from ..poses.planned_pose import Poses, planned_poses
-from .coverage_edge import Told, near_edge, places_beyond
+from .coverage_edge import Predicted, near_edge, places_beyond
 from .rod import Detection, Rod, placeable, seen
 
 TRIALS = 120
@@ -178,7 +178,7 @@ def places(scene: Scene, target: Target, rod: Rod, voxel: float = VOXEL) -> Plac
     Raises:
         ValueError: if there is no such point at a pose.
     """
-    found, share = [], []
+    points, share = [], []
     for i, pose in enumerate(scene.poses):
         centres = voxels(scene.solid(target, i), voxel).centres()
         if target.importance is not None:
@@ -189,9 +189,9 @@ def places(scene: Scene, target: Target, rod: Rod, voxel: float = VOXEL) -> Plac
                 f"target {target} has no place at pose {i} where a rod of {rod.length:g} m can"
                 " stand"
             )
-        found.append(good)
+        points.append(good)
         share.append(len(good) / len(centres))
-    return Places(tuple(found), scene.pose_weights, float(scene.pose_weights @ np.array(share)))
+    return Places(tuple(points), scene.pose_weights, float(scene.pose_weights @ np.array(share)))
 
 
 def _repeated(points: Float[np.ndarray, "N 3"], weights: WeightField) -> Float[np.ndarray, "N 3"]:
@@ -213,11 +213,11 @@ def rod_zeta(
     alive: Bool[np.ndarray, " K"] | None = None,
 ) -> float:
     """Return the share of the target in which the rod is seen, by testing each of its voxels."""
-    each = [
+    shares = [
         seen(scene, setup, pose.q, points, rod, detection, alive).mean()
         for pose, points in zip(scene.poses, where.points, strict=True)
     ]
-    return float(where.weights @ np.array(each))
+    return float(where.weights @ np.array(shares))
 
 
 def plan_rod(
@@ -253,16 +253,16 @@ def plan_rod(
     for i, points in enumerate(where.points):
         q, weight = scene.poses[i].q, float(where.weights[i])
 
-        def sees(some: Float[np.ndarray, "N 3"], q: np.ndarray = q) -> Bool[np.ndarray, " N"]:
-            return seen(scene, setup, q, some, rod, detection)
+        def sees(centres: Float[np.ndarray, "N 3"], q: np.ndarray = q) -> Bool[np.ndarray, " N"]:
+            return seen(scene, setup, q, centres, rod, detection)
 
-        half, told = max(round(trials * weight / 2), _LEAST), sees(points)
+        half, covered = max(round(trials * weight / 2), _LEAST), sees(points)
         more = np.zeros((0, 3)), np.zeros(0, bool)
-        if (lack := half - min(told.sum(), (~told).sum())) > 0:
-            more = places_beyond(scene, target, i, points, told, rod, sees, int(lack))
-        for s, some, wanted in _strata(i, weight, (points, told), more, half):
+        if (lack := half - min(covered.sum(), (~covered).sum())) > 0:
+            more = places_beyond(scene, target, i, points, covered, rod, sees, int(lack))
+        for s, centres, wanted in _strata(i, weight, (points, covered), more, half):
             stratum += [len(strata)] * wanted
-            point.append(some[rng.choice(len(some), wanted, replace=False)])
+            point.append(centres[rng.choice(len(centres), wanted, replace=False)])
             strata.append(s)
     order = _order(np.array(stratum), strata, rng)
     every = np.concatenate(point)
@@ -291,7 +291,7 @@ def _order(
 
 
 def _strata(
-    pose: int, weight: float, target: Told, more: Told, half: int
+    pose: int, weight: float, target: Predicted, more: Predicted, half: int
 ) -> Iterator[tuple[Stratum, Float[np.ndarray, "N 3"], int]]:
     """Yield the strata of a pose, with their points and the number of points to draw.
 
@@ -302,29 +302,29 @@ def _strata(
         more: the same beyond the target.
         half: points to draw of each prediction; more of one if there are too few of the other.
     """
-    points, told = target
+    points, predicted = target
     edge = near_edge(*(np.concatenate(each) for each in zip(target, more, strict=True)))
     edge, edge_beyond = edge[: len(points)], edge[len(points) :]
-    inside = {covered: int((told == covered).sum()) for covered in (True, False)}
+    inside = {covered: int((predicted == covered).sum()) for covered in (True, False)}
     beyond = {covered: edge_beyond & (more[1] == covered) for covered in (True, False)}
     wanted = {c: min(half, inside[c] + int(beyond[c].sum())) for c in inside}
     for covered, count in inside.items():
         left = max(2 * half - sum(wanted.values()), 0)
         most = min(count, wanted[covered] + left)
         wanted[covered] = max(wanted[covered], most)
-        near, far = (np.flatnonzero((told == covered) & (edge == e)) for e in (True, False))
-        some = more[0][beyond[covered]]
+        near, far = (np.flatnonzero((predicted == covered) & (edge == e)) for e in (True, False))
+        others = more[0][beyond[covered]]
         if not len(near) and most >= _SPLIT:  # the edge of coverage is beyond the target
-            most -= min(round(_NEAR * most), len(some))
+            most -= min(round(_NEAR * most), len(others))
         if len(near) and len(far) and most >= _SPLIT:
             share = min(max(len(near) / (len(near) + len(far)), _NEAR), 1 - _NEAR)
             first = min(len(near), max(round(share * most), most - len(far)))
             parts = [(near, first, True), (far, most - first, False)]
         else:
-            parts = [(np.flatnonzero(told == covered), most, not len(far))]
+            parts = [(np.flatnonzero(predicted == covered), most, not len(far))]
         for which, number, at_edge in parts:
             share = weight * len(which) / len(points)
             if len(which):
                 yield Stratum(pose, covered, share, len(which), at_edge), points[which], number
-        if (lack := min(wanted[covered] - most, len(some))) > 0:
-            yield Stratum(pose, covered, 0.0, len(some), True), some, lack
+        if (lack := min(wanted[covered] - most, len(others))) > 0:
+            yield Stratum(pose, covered, 0.0, len(others), True), others, lack
