@@ -12,7 +12,7 @@ coverage there, on both of its sides: strata of weight 0. They show whether the 
 should be.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated
@@ -247,9 +247,7 @@ def plan_rod(
         raise ValueError(f"trials must be at least 1, got {trials}")
     rod, detection = rod or Rod(), Detection()
     where, rng = where or places(scene, target, rod), np.random.default_rng(seed)
-    strata: list[Stratum] = []
-    stratum: list[int] = []
-    point = []
+    strata, drawn = list[Stratum](), list[Trial]()
     for i, points in enumerate(where.points):
         q, weight = scene.poses[i].q, float(where.weights[i])
 
@@ -261,11 +259,11 @@ def plan_rod(
         if (lack := half - min(covered.sum(), (~covered).sum())) > 0:
             more = places_beyond(scene, target, i, points, covered, rod, sees, int(lack))
         for s, centres, wanted in _strata(i, weight, (points, covered), more, half):
-            stratum += [len(strata)] * wanted
-            point.append(centres[rng.choice(len(centres), wanted, replace=False)])
+            chosen = centres[rng.choice(len(centres), wanted, replace=False)]
+            drawn += [Trial(len(strata), tuple(point)) for point in chosen.tolist()]
             strata.append(s)
-    order = _order(np.array(stratum), strata, rng)
-    every = np.concatenate(point)
+    # pose by pose, and randomly within a pose: who places the rod cannot guess the prediction
+    order = np.lexsort((rng.random(len(drawn)), [strata[t.stratum].pose for t in drawn]))
     return RodPlan(
         *target.key,
         testable=where.testable,
@@ -273,21 +271,11 @@ def plan_rod(
         detection=detection,
         poses=planned_poses(np.array([p.q for p in scene.poses])),
         strata=strata,
-        trials=[Trial(stratum[i], tuple(every[i].tolist())) for i in order],
+        trials=[drawn[i] for i in order],
     )
 
 
 RodPlanFile = Annotated[RodPlan, Versioned()]
-
-
-def _order(
-    stratum: Int[np.ndarray, " T"], strata: Sequence[Stratum], rng: np.random.Generator
-) -> Int[np.ndarray, " T"]:
-    """Order the trials pose by pose, and randomly within a pose, so that the person who places the
-    rod cannot guess the prediction.
-    """
-    pose = np.array([strata[s].pose for s in stratum])
-    return np.lexsort((rng.random(len(stratum)), pose))
 
 
 def _strata(
