@@ -53,13 +53,14 @@ def differences(
         lines.append(f"sensors with zones that read the same everywhere: {', '.join(done.frozen)}")
     lines += code_findings(setup, ports)[0]
     if looks is not None:
-        surprising = looks.surprising if mount is None and not done.cell_turned else []
+        judged = mount is not None or done.cell_turned
+        surprising = list[str]() if judged else looks.named(looks.surprising)
         for words, names, between in (
             ("sensors that never answer", looks.named(looks.silent), ", "),
             ("sensors that scatter more than expected", looks.named(looks.noisy), ", "),
             ("zones (row, column) that never answer", looks.silent_zones, "; "),
             ("zones (row, column) that are blocked: clean or clear", looks.blocked_zones, "; "),
-            ("sensors that differ from the expected reading", looks.named(surprising), ", "),
+            ("sensors that differ from the expected reading", surprising, ", "),
         ):
             if names:
                 lines.append(f"{words}: {between.join(names)}")

@@ -142,7 +142,7 @@ class LiveCheck:
             moved=self.moved,
             stale_s=self.scene.link.state_stale * self._patience,
             voxel=self.options.voxel,
-            ports=ports,
+            ports=tuple(ports),
             seconds=plans.seconds,
             wave=plans.wave,
             stops=plans.mount,

@@ -101,7 +101,7 @@ class _Steps:
             moved=False,
             stale_s=min(STALE * self._data.gathered.patience, 10.0),
             voxel=self._options.voxel,
-            ports=ports,
+            ports=tuple(ports),
             seconds=seconds,
             wave="self" in parts and bool(self._of("wave")),
             stops=mount,
@@ -170,7 +170,7 @@ class _Steps:
                 f"{self._name}: joint states: found no standstill, wanted: stops of the mount check"
             )
         joints = self._scene.robot.unwound(np.array(poses))
-        nothing = np.zeros((len(self._setup.rings), 4, 4)).tolist()
+        nothing = (((0.0,) * 4,) * 4,) * len(self._setup.rings)
         return MountPlan(FRAMES, planned_poses(joints), nothing)
 
     def _renumber(self, numbers: dict[int, int]) -> None:

@@ -177,8 +177,10 @@ def sensors_of(setup: Setup, doubtful: Doubt | None) -> list[SensorHealthModel]:
     if doubtful is None:
         return []
     names = sensor_names(setup, np.arange(setup.sensors))
-    columns = (names, doubtful.readings.tolist(), doubtful.found.any(axis=0).tolist())
-    rows = zip(*columns, np.round(100 * doubtful.shares.T, 3).tolist(), strict=True)
+    readings_of, found = doubtful.readings.tolist(), np.any(doubtful.found, axis=0).tolist()
+    rows = zip(
+        names, readings_of, found, np.round(100 * doubtful.shares.T, 3).tolist(), strict=True
+    )
     return [
         SensorHealthModel(
             sensor=name,

@@ -96,7 +96,7 @@ class SelfCheck:
 
     @property
     def _sees(self) -> Bool[np.ndarray, " K"]:
-        return np.isfinite(self.stops.distance[0])
+        return np.asarray(np.isfinite(self.stops.distance[0]))
 
     @property
     def _deviation(self) -> Float[np.ndarray, " K"]:

@@ -31,7 +31,7 @@ from ...coverage.voxels.octree import voxels
 from ...coverage.weight_field import WeightField
 from ...formats.schema.versions import Versioned
 from ...objectives.scene import Scene
-from ..poses.planned_pose import Poses, planned_poses
+from ..poses.planned_pose import Poses, planned_poses, require_alike
 from .coverage_edge import Predicted, near_edge, places_beyond
 from .rod import Detection, Rod, placeable, seen
 
@@ -96,6 +96,7 @@ class RodPlan:
                 named_target(self.target, self.target_radius)
         except ValueError as error:
             refuse([(("target_radius",), self.target_radius, f"another: {error}")])
+        require_alike("poses", self.poses)
         poses, strata = len(self.poses), len(self.strata)
         refuse(
             (("strata", i, "pose"), s.pose, f"0 to {poses - 1}")
@@ -131,7 +132,7 @@ class RodPlan:
     def _of_strata(self, key: str) -> np.ndarray:
         """Return what the stratum of each trial states (T,)."""
         stated: np.ndarray = np.array([getattr(stratum, key) for stratum in self.strata])
-        return stated[self.stratum]
+        return np.asarray(stated[self.stratum])
 
     @property
     def pose(self) -> Int[np.ndarray, " T"]:
@@ -263,15 +264,16 @@ def plan_rod(
             drawn += [Trial(len(strata), tuple(point)) for point in chosen.tolist()]
             strata.append(s)
     # pose by pose, and randomly within a pose: who places the rod cannot guess the prediction
-    order = np.lexsort((rng.random(len(drawn)), [strata[t.stratum].pose for t in drawn]))
+    pose = np.array([strata[trial.stratum].pose for trial in drawn])
+    order = np.lexsort((rng.random(len(drawn)), pose))
     return RodPlan(
         *target.key,
         testable=where.testable,
         rod=rod,
         detection=detection,
         poses=planned_poses(np.array([p.q for p in scene.poses])),
-        strata=strata,
-        trials=[drawn[i] for i in order],
+        strata=tuple(strata),
+        trials=tuple(drawn[i] for i in order),
     )
 
 

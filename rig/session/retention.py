@@ -84,7 +84,7 @@ class Retention:
 
     def _first_of_seconds(self, times: Sequence[float]) -> Bool[np.ndarray, " n"]:
         """Return which times are the first in a second of this computer's clock."""
-        first = np.diff([self._second, *map(int, times)]) != 0
+        first = np.asarray(np.diff([self._second, *map(int, times)]) != 0)
         self._second = int(times[-1]) if len(times) else self._second
         return first
 

@@ -15,6 +15,7 @@ from place_rings.rig.check.records import _contradicted
 from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.channel_assignment import Order
 from place_rings.rig.mount.hand_sweep import waved
+from place_rings.rig.poses.planned_pose import PlannedPose
 from place_rings.rig.rod.coverage_estimate import check_rod, share
 from place_rings.rig.rod.rod import CLEAR, Detection, Rod, placeable, seen
 from place_rings.rig.rod.trial_plan import RodPlanFile, Stratum, places, plan_rod, rod_zeta
@@ -209,6 +210,8 @@ def test_a_plan_of_trials_reads_back_and_its_page_does_not_tell(plan, tmp_path):
     file.write_text(file.read_text().replace("stratum = 1", "stratum = 7", 1))
     with refused("trials.toml", ".stratum", "7", f"0 to {len(plan.strata) - 1}"):
         read_model(file, RodPlanFile)
+    with refused("poses[1].q_deg", "5", "6 angles, as the first", error=ValueError):
+        replace(plan, poses=(*plan.poses, PlannedPose((0.0,) * 5)))
 
 
 def test_medians_at_stops_are_those_of_the_valid_readings_there():
