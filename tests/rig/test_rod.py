@@ -210,7 +210,7 @@ def test_a_plan_of_trials_reads_back_and_its_page_does_not_tell(plan, tmp_path):
     file.write_text(file.read_text().replace("stratum = 1", "stratum = 7", 1))
     with refused("trials.toml", ".stratum", "7", f"0 to {len(plan.strata) - 1}"):
         read_model(file, RodPlanFile)
-    with refused("poses[1].q_deg", "5", "6 angles, as the first", error=ValueError):
+    with refused("poses[1].q", "5", "6 angles, as the first", error=ValueError):
         replace(plan, poses=(*plan.poses, PlannedPose((0.0,) * 5)))
 
 
