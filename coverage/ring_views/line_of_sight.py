@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from ..occlusion.occluders import Occluders
 from ..robots.robot import Mount
 from ..solids.polyhedra import Polyhedron, crossing, placed
-from ..solids.segments import nearest_places
+from ..solids.segments import inner, nearest_places
 from .mount_points import MountPoints
 
 # of its radius, length of the parts of a capsule in balls; most parts
@@ -120,7 +120,7 @@ class LinkOccluders:
         r = [v - c for v, c in zip(a, start, strict=True)]
         s, t = nearest_places(u, w, r)
         gap = [x + s * y - t * z for x, y, z in zip(r, u, w, strict=True)]
-        hidden: np.ndarray = _dot(gap, gap) < self.radius.take(body) ** 2
+        hidden: np.ndarray = inner(gap, gap) < self.radius.take(body) ** 2
         return hidden
 
     def _behind_obstacle(
@@ -191,11 +191,6 @@ def link_occluders(
         np.array(obstacles, int).reshape(len(frames), -1),
         blinding,
     )
-
-
-def _dot(a: list[np.ndarray], b: list[np.ndarray]) -> np.ndarray:
-    dot: np.ndarray = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    return dot
 
 
 class Outlook:

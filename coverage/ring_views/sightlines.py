@@ -13,8 +13,8 @@ from ..occlusion.first_return import Beam, capsule_in_beam
 from ..occlusion.occluders import INSIDE
 from ..occlusion.polyhedron_return import polyhedron_in_beam
 from ..sensors.sensor import Sensor
+from ..solids.capsules import Capsules
 from ..solids.polyhedra import Polyhedron
-from ..solids.segments import from_segment
 from .line_of_sight import LinkOccluders
 from .mount_points import MountPoints
 
@@ -44,7 +44,8 @@ class Sightlines:
             self._meets = np.logical_or.reduceat(meets, first, axis=0)
         self._met = _obstacles_met(among.bodies, apex, look, half, sensor.range_m)  # (V, S)
         self._any = np.any(self._meets, axis=0) | np.any(self._met, axis=0)  # (S,)
-        within = _within(among, apex)  # (U, S)
+        bodies = Capsules(*(a[:, None] for a in (among.start, among.end, among.radius)))
+        within = np.asarray(bodies.distance(apex[None])) <= INSIDE  # (U, S)
         inside = [np.asarray(b(apex.astype(float))) <= INSIDE for b in among.bodies]
         self._dead = None  # (P, S)
         if within.any() or np.any(inside):
@@ -137,11 +138,3 @@ def _obstacles_met(
                 apex, look, half, range_m, *(a.astype(np.float32) for a in (centre[None], ball))
             )
     return met
-
-
-def _within(among: LinkOccluders, apex: Float[np.ndarray, "S 3"]) -> Bool[np.ndarray, "U S"]:
-    """Return which apexes lie in each capsule."""
-    start, way = among.start[:, None], (among.end - among.start)[:, None]
-    gap = np.asarray(from_segment(apex[None], start, start + way))
-    within: np.ndarray = (gap * gap).sum(axis=-1) <= (among.radius[:, None] + INSIDE) ** 2
-    return within

@@ -22,7 +22,7 @@ from ..solids.beams import Beams, BeamShape
 from ..solids.capsules import Capsules
 from ..solids.cones import around
 from ..solids.polyhedra import Polyhedron, polyhedron_shadow
-from ..solids.segments import Coordinates, nearest_places
+from ..solids.segments import Coordinates, inner, nearest_places
 from .first_return import of_each, soft_stop
 
 _NEAREST = 0.02  # least place along a segment, as a share: nearer to the apex nothing grows further
@@ -82,7 +82,7 @@ class Occluding:
         for depth in hidden:
             value = jnp.where(jnp.isinf(stop), jnp.maximum(value, depth), value)
         v = [p - a for p, a in zip(points, apex, strict=True)]
-        return jnp.maximum(value, root(_dot(v, v)) - stop)
+        return jnp.maximum(value, root(inner(v, v)) - stop)
 
 
 def occluding(
@@ -146,12 +146,12 @@ def _depth(apex: Coordinates, points: Coordinates, passing: Passing) -> Any:
     """Return how deep points lie behind a body, about m, negative outside; see the module."""
     place = passing.place
     gap = [a + place * (p - a) - f for a, p, f in zip(apex, points, passing.foot, strict=True)]
-    return (passing.radius - root(_dot(gap, gap))) / jnp.maximum(place, _NEAREST)
+    return (passing.radius - root(inner(gap, gap))) / jnp.maximum(place, _NEAREST)
 
 
 def _above(normal: Array, offset: Array, sensor: Array, points: Coordinates, plane: Any) -> Any:
     """Return the distance of points from planes of a solid's shadow, m."""
-    return _dot(points, jnp.moveaxis(normal[sensor, plane], -1, 0)) - offset[sensor, plane]
+    return inner(points, jnp.moveaxis(normal[sensor, plane], -1, 0)) - offset[sensor, plane]
 
 
 def _deepest_plane(
@@ -167,7 +167,3 @@ def _deepest_plane(
     nothing = jnp.full(sensor.shape, -jnp.inf, normal.dtype), jnp.zeros(sensor.shape, jnp.int32)
     highest: Array = jax.lax.fori_loop(0, offset.shape[1], higher, nothing)[1]
     return highest
-
-
-def _dot(a: Any, b: Any) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -10,7 +10,7 @@ from ..arrays import Numbers, cross, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import CubePairs, Part
 from .beams import BeamShape, Place, Places, Sizes, Ways
-from .tangent_bounds import Tangent, away, curvature
+from .tangent_bounds import Tangent, away, curvature, under_planes
 from .volume_fraction import VolumeFraction
 
 FULL = 1e-6  # rad, an opening this near to a full turn has no sides
@@ -68,16 +68,17 @@ class Fans(BeamShape):
         v = points - apex
         across, half = cross(up, axis), self.half_angle[index]
         d, x, y = dot(v, axis), dot(v, across), dot(v, up)
-        flat = np.zeros(len(index))
-        share = VolumeFraction(np.ones(len(index)), np.ones(len(index)))
-        sides = []
-        for sign in (1.0, -1.0):
-            slab = Tangent(sign * y - self.size[index], sign * up, flat)
-            share = share & slab.share(side, slack)
-            normal = sign * np.cos(half)[:, None] * across - np.sin(half)[:, None] * axis
-            sides.append(
-                Tangent(sign * x * np.cos(half) - d * np.sin(half), normal, flat).share(side, slack)
-            )
+        slab = [(sign * y - self.size[index], sign * up) for sign in (1.0, -1.0)]
+        share, *plane = under_planes(*(np.stack(a, axis=1) for a in zip(*slab, strict=True)), pairs)
+        c, s = np.cos(half), np.sin(half)
+        sides = [
+            under_planes(
+                (sign * x * c - d * s)[:, None],
+                (sign * c[:, None] * across - s[:, None] * axis)[:, None],
+                pairs,
+            )[0]
+            for sign in (1.0, -1.0)
+        ]
         rho, radial = away(v - y[:, None] * up, side)
         bend = curvature(rho - np.abs(radial).sum(axis=1) * side / 2)
         sector = Tangent(rho - self.range_m[index], radial, bend, cross(up, radial))
@@ -86,8 +87,6 @@ class Fans(BeamShape):
         wide, full = half > np.pi / 2, half > np.pi - FULL
         low = np.where(full, 1.0, np.where(wide, either.low, both.low))
         high = np.where(full, 1.0, np.where(wide, either.high, both.high))
-        upper = np.where(y < 0, -1.0, 1.0)
-        plane = upper * y - self.size[index], upper[:, None] * up
         return share & VolumeFraction(low, high), *plane
 
     def ways(self, index: Part, place: Places) -> Ways:

@@ -13,7 +13,7 @@ from .base import CubePairs, Part, Points, Quadrics
 from .beams import BeamShape, Place, Places, Sizes, Ways
 from .cones import Cones
 from .quadrics import product, within
-from .tangent_bounds import Tangent
+from .tangent_bounds import Tangent, under_planes
 from .volume_fraction import VolumeFraction
 
 
@@ -68,10 +68,10 @@ class Frustums(BeamShape):
         mantle = Cones(self.apex, self.axis, self.half_angle, self.range_m).mantle(pairs)
         radius = (self.size * np.cos(self.half_angle))[index]
         mantle = Tangent(mantle.value - radius, mantle.normal, mantle.bend, mantle.along)
-        share, axis = mantle.share(side, slack), rows(self.axis, index)
-        d, flat = dot(points - rows(self.apex, index), axis), np.zeros(len(index))
-        for value, sign in ((-d, -1), (d - self.range_m[index], 1)):
-            share = share & Tangent(value, sign * axis, flat).share(side, slack)
+        axis = rows(self.axis, index)
+        d = dot(points - rows(self.apex, index), axis)
+        ends = np.stack([-d, d - self.range_m[index]], axis=1), np.stack([-axis, axis], axis=1)
+        share = mantle.share(side, slack) & under_planes(*ends, pairs)[0]
         return share, mantle.value, mantle.normal
 
     def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:

@@ -50,14 +50,15 @@ def nearest_places(u: Coordinates, v: Coordinates, w: Coordinates) -> tuple[Any,
     def clipped(place: Array) -> Any:
         return xp.minimum(xp.maximum(place, 0), 1)
 
-    uu, uv, vv, uw, vw = (_dot(*both) for both in ((u, u), (u, v), (v, v), (u, w), (v, w)))
+    uu, uv, vv, uw, vw = (inner(*both) for both in ((u, u), (u, v), (v, v), (u, w), (v, w)))
     uu, vv = xp.maximum(uu, _NIL), xp.maximum(vv, _NIL)
     first = clipped((uv * vw - uw * vv) / xp.maximum(uu * vv - uv * uv, _NIL))
     second = clipped((uv * first + vw) / vv)
     return clipped((uv * second - uw) / uu), second
 
 
-def _dot(a: Coordinates, b: Coordinates) -> Any:
+def inner(a: Coordinates, b: Coordinates) -> Any:
+    """Return the inner product of vectors by their coordinates."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 

@@ -305,22 +305,19 @@ def count(
     For the arguments see ``voxels``.
     """
 
-    def total(counts: Iterator[OctreeCount]) -> int:
-        return sum(int(f.wanted(within)[0]) for f in counts)
-
-    wanted = () if within is None else (within,)
-    return sum(_each(solid, voxel, rule, wanted, region, memory, total))
+    return int(count_each(solid, voxel, rule, [within], memory, region)[0, 0])
 
 
 def count_each(
     solid: Solid,
     voxel: float,
     rule: Rule,
-    sets: Sequence[VoxelSet],
+    sets: Sequence[VoxelSet | None],
     memory: float | None = None,
     region: Region | None = None,
 ) -> Int[np.ndarray, "T 3"]:
-    """Return the number of voxels of Omega(solid) in each of the ``sets``, by one descent.
+    """Return the number of voxels of Omega(solid) in each of the ``sets``, by one descent; of a
+    single set None: all voxels.
 
     For the other arguments see ``voxels``.
 
@@ -340,6 +337,7 @@ def count_each(
             total += np.stack([f.wanted(within, number) for number, within in enumerate(sets)])
         return total
 
-    parts = _each(solid, voxel, rule, sets, region, memory, totals)
+    wanted = [within for within in sets if within is not None]
+    parts = _each(solid, voxel, rule, wanted, region, memory, totals)
     total: np.ndarray = sum(parts, np.zeros((len(sets), 3), np.int64))
     return total

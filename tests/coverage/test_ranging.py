@@ -198,23 +198,23 @@ def sensors_and_balls(setup, some, rng, balls=40):
     )
 
 
+def each_ball(eyes, centre, radius):
+    """The distance and the nearest point of each ball alone in each cone."""
+    apex, axis, half, range_m = eyes
+    look = apex[:, :, None], axis[:, :, None], half[None, :, None], range_m[None, :, None]
+    return ball_in_cone(*look, centre[:, None], radius)
+
+
 @given(*SCENES)
 def test_blocks_leave_out_nothing(setup, some, rng):
     """Rows that are left out could not have been read: every reading is the least over all balls,
     one by one.
     """
     eyes, centre, radius, bodies = sensors_and_balls(setup, some, rng, BLOCK + 5)
-    apex, axis, half, range_m = eyes
+    apex = eyes[0]
     read = readings(*eyes, centre, radius)
-    all_of = ball_in_cone(
-        apex[:, :, None],
-        axis[:, :, None],
-        half[None, :, None],
-        range_m[None, :, None],
-        centre[:, None],
-        radius,
-    )
-    assert np.allclose(read.distance, all_of[0].min(axis=2), atol=1e-9)
+    distance, _ = each_ball(eyes, centre, radius)
+    assert np.allclose(read.distance, distance.min(axis=2), atol=1e-9)
     seen = np.isfinite(read.distance)
     assert np.allclose(np.linalg.norm(read.point - apex, axis=2)[seen], read.distance[seen])
     assert np.isnan(read.point[~seen]).all()
@@ -230,17 +230,10 @@ def test_shadows_only_take_away(setup, some, rng):
     seen.
     """
     eyes, centre, radius, bodies = sensors_and_balls(setup, some, rng)
-    apex, axis, half, range_m = eyes
+    apex = eyes[0]
     free, hidden = readings(*eyes, centre, radius), readings(*eyes, centre, radius, bodies)
     assert np.all(hidden.distance >= free.distance)
-    distance, point = ball_in_cone(
-        apex[:, :, None],
-        axis[:, :, None],
-        half[None, :, None],
-        range_m[None, :, None],
-        centre[:, None],
-        radius,
-    )
+    distance, point = each_ball(eyes, centre, radius)
     blocked = segment_to_segment(
         np.broadcast_to(apex[:, :, None, None], (*point.shape[:3], 1, 3)),
         point[..., None, :],
