@@ -113,22 +113,7 @@ def capsule_shadow(apex: Array, start: Array, end: Array, radius: Numbers) -> Sh
         rays.append(xp.stack([place / safe, height / safe], axis=-1))
         growths.append(xp.clip(thick / safe, 0.0, _STEEPEST))
     flat = thick / xp.where(height > thick / 2, height, thick / 2)
-    (near_ray, far_ray), (near_growth, far_growth) = rays, growths
-    return Shadow(
-        apex,
-        along,
-        away,
-        across,
-        near,
-        far,
-        height,
-        thick,
-        near_ray,
-        far_ray,
-        near_growth,
-        far_growth,
-        flat,
-    )
+    return Shadow(apex, along, away, across, near, far, height, thick, *rays, *growths, flat)
 
 
 def _gain(growth: Numbers) -> Any:

@@ -76,19 +76,13 @@ def box(centre: Vector, size: Vector, rotation: np.ndarray | None = None) -> Pol
     offset = normal @ centre + np.tile(half, 2)
     edges, faces = [], []
     for axis in range(3):
+        j, k = (axis + 1) % 3, (axis + 2) % 3
         for second, third in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-            side = np.zeros(3)
-            others = ((axis + 1) % 3, (axis + 2) % 3)
-            side[list(others)] = second * half[others[0]], third * half[others[1]]
-            ends = [side.copy(), side.copy()]
-            ends[0][axis], ends[1][axis] = -half[axis], half[axis]
+            ends = np.zeros((2, 3))
+            ends[:, j], ends[:, k] = second * half[j], third * half[k]
+            ends[:, axis] = -half[axis], half[axis]
             edges.append([centre + rotation @ end for end in ends])
-            faces.append(
-                [
-                    o + (0 if sign > 0 else 3)
-                    for o, sign in zip(others, (second, third), strict=True)
-                ]
-            )
+            faces.append([j + 3 * (second < 0), k + 3 * (third < 0)])
     return Polyhedron(normal, offset, np.array(edges), np.array(faces))
 
 
@@ -122,9 +116,8 @@ def hull(points: Float[np.ndarray, "N 3"], most: int | None = None) -> Polyhedro
     meet: dict[tuple[int, int], list[int]] = {}
     for triangle, of in zip(convex.simplices, face.reshape(-1), strict=True):
         for a, b in ((0, 1), (1, 2), (2, 0)):
-            meet.setdefault(
-                (min(triangle[a], triangle[b]), max(triangle[a], triangle[b])), []
-            ).append(int(of))
+            first, last = sorted((triangle[a], triangle[b]))
+            meet.setdefault((first, last), []).append(int(of))
     edges = [(pair, of) for pair, of in meet.items() if of[0] != of[1]]
     return Polyhedron(
         normal,
@@ -183,15 +176,9 @@ def polyhedron_shadow(
     length = xp.sqrt(xp.where(rim, dot(n, n), 1.0))
     rim = rim & (length > 0)
     n = xp.where(rim[..., None], n, 0.0) / xp.where(rim, length, 1.0)[..., None]
-    # Outward is away from the body: across the edge, the normal of the hidden face or of the lit
-    # one points that way.
-    lit = xp.where(
-        first[..., None], body.normal[body.faces[:, 0]][None], body.normal[body.faces[:, 1]][None]
-    )
-    dark = xp.where(
-        first[..., None], body.normal[body.faces[:, 1]][None], body.normal[body.faces[:, 0]][None]
-    )
-    n = n * xp.where(dot(n, lit) + dot(n, dark) >= 0, 1.0, -1.0)[..., None]
+    # Outward is away from the body: the normals of both faces together point that way.
+    outward = body.normal[body.faces[:, 0]] + body.normal[body.faces[:, 1]]
+    n = n * xp.where(dot(n, outward[None]) >= 0, 1.0, -1.0)[..., None]
     return (
         xp.concatenate([normal, n], axis=1),
         xp.concatenate([offset, xp.where(rim, dot(n, apex[:, None]), NOWHERE)], axis=1),

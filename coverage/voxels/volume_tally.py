@@ -1,6 +1,9 @@
 """Bounds of the covered and the uncovered volume of a target, summed over cells."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
 
 from ..solids.volume_fraction import VolumeFraction
 
@@ -39,14 +42,8 @@ class Bracket:
 class VolumeTally:
     """Bounds of the covered and the uncovered volume of the target."""
 
-    covered_low: float = 0.0
-    """Lower bound of the covered volume, m^3."""
-    covered_high: float = 0.0
-    """Upper bound of the covered volume, m^3."""
-    uncovered_low: float = 0.0
-    """Lower bound of the uncovered volume, m^3."""
-    uncovered_high: float = 0.0
-    """Upper bound of the uncovered volume, m^3."""
+    volumes: Float[np.ndarray, " 4"] = field(default_factory=lambda: np.zeros(4))
+    """Lower and upper bound of the covered volume, and both of the uncovered one, m^3."""
     cells: int = 0
     """Number of settled cells."""
     level: int = LEVELS + 2
@@ -58,23 +55,13 @@ class VolumeTally:
         self, covered: VolumeFraction, uncovered: VolumeFraction, volume: float, level: int
     ) -> None:
         """Settle cells of volume ``volume`` m^3 each."""
-        sums = [
-            volume * float(v.sum())
-            for v in (covered.low, covered.high, uncovered.low, uncovered.high)
-        ]
-        cells = len(covered.low)
-        covered_low, covered_high, uncovered_low, uncovered_high = sums
-        level = level if cells else self.level
-        self.join(
-            VolumeTally(covered_low, covered_high, uncovered_low, uncovered_high, cells, level, 1)
-        )
+        bounds = (covered.low, covered.high, uncovered.low, uncovered.high)
+        sums, cells = volume * np.array([v.sum() for v in bounds]), len(covered.low)
+        self.join(VolumeTally(sums, cells, level if cells else self.level, 1))
 
     def join(self, other: "VolumeTally") -> None:
         """Add the cells that another thread settled."""
-        self.covered_low += other.covered_low
-        self.covered_high += other.covered_high
-        self.uncovered_low += other.uncovered_low
-        self.uncovered_high += other.uncovered_high
+        self.volumes = self.volumes + other.volumes
         self.cells += other.cells
         self.level = min(self.level, other.level)
         self.sums += other.sums
@@ -82,8 +69,8 @@ class VolumeTally:
     def bracket(self, passes: int, unit: float, width: float) -> Bracket:
         """Return the interval; sums are widened by their rounding error."""
         rounding = _SUM + self.sums * 2.0**-52
-        c, u = self.covered_low * (1 - rounding), self.uncovered_low * (1 - rounding)
-        more_c, more_u = self.covered_high * (1 + rounding), self.uncovered_high * (1 + rounding)
+        c, u = (self.volumes[::2] * (1 - rounding)).tolist()
+        more_c, more_u = (self.volumes[1::2] * (1 + rounding)).tolist()
         low = c / (c + more_u) * (1 - _SUM) if c > 0 else 0.0
         high = min(more_c / (more_c + u) * (1 + _SUM), 1.0) if more_c > 0 else 0.0
         return Bracket(
