@@ -188,6 +188,18 @@ class Beams(TangentParts):
         side /= np.linalg.norm(side, axis=-1, keepdims=True)
         return side, np.cross(axis, side)
 
+    def box_of_discs(self, *discs: tuple[Any, Any]) -> Float[np.ndarray, "2 3"]:
+        """Return the bounding box of discs across the axes, by their distances from the apexes (K,)
+        m and their radii (K,) m; along e a disc extends by radius * sqrt(1 - axis_e^2)."""
+        apex, axis = np.asarray(self.apex), np.asarray(self.axis)
+        flat = np.sqrt(np.clip(1 - axis * axis, 0, None))
+        ends = [
+            apex + axis * d[:, None] + sign * radius[:, None] * flat
+            for d, radius in discs
+            for sign in (-1, 1)
+        ]
+        return np.stack([np.min(ends, axis=(0, 1)), np.max(ends, axis=(0, 1))])
+
     def out(self, k: int, way: Any) -> Float[np.ndarray, "*N 3"]:
         """Return the points (..., 3) m that vectors lead to from the apex of beam ``k``."""
         points: np.ndarray = np.asarray(self.apex)[k] + np.asarray(way)

@@ -107,17 +107,9 @@ class Cones(BeamShape):
         return self.out(k, d[:, None] * self.axis[k] + aside)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Return the bounding box of all cones.
-
-        It covers each apex and the disc of each base, whose extent along e is radius *
-        sqrt(1 - axis_e^2).
-        """
-        apex, axis = np.asarray(self.apex), np.asarray(self.axis)
-        base = apex + axis * np.asarray(self.range_m)[:, None]
-        radius = np.asarray(self.range_m * np.tan(self.half_angle))[:, None]
-        extent = radius * np.sqrt(np.clip(1 - axis * axis, 0, None))
-        lower, upper = np.minimum(apex, base - extent), np.maximum(apex, base + extent)
-        return np.stack([lower.min(axis=0), upper.max(axis=0)])
+        range_m = np.asarray(self.range_m)
+        base = range_m, range_m * np.tan(self.half_angle)
+        return self.box_of_discs((0 * range_m, 0 * range_m), base)
 
 
 def cone(

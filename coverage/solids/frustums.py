@@ -119,12 +119,6 @@ class Frustums(BeamShape):
         return self.out(k, d[:, None] * self.axis[k] + aside)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Return the bounding box of the discs at both ends; see ``Cones.bounds``."""
-        apex, axis, long = (np.asarray(a) for a in (self.apex, self.axis, self.range_m))
-        flat, wide = np.sqrt(np.clip(1 - axis * axis, 0, None)), np.tan(self.half_angle)
-        ends = [
-            apex + d[:, None] * axis + sign * (self.size + d * wide)[:, None] * flat
-            for d in (0 * long, long)
-            for sign in (-1, 1)
-        ]
-        return np.stack([np.min(ends, axis=(0, 1)), np.max(ends, axis=(0, 1))])
+        range_m, radius = np.asarray(self.range_m), np.asarray(self.size)
+        end = range_m, radius + range_m * np.tan(self.half_angle)
+        return self.box_of_discs((0 * range_m, radius), end)
