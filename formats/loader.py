@@ -69,7 +69,7 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
     parts = map(turned_obstacle, parts) if turn else parts
     tools = parts_of_meshes(file.attached, f"{path}: {key}attached", read)
     tools = map(turned_attached, tools) if turn else tools
-    attached = (*scene.attached, *tools)
+    attached = (*scene.robot.attached, *tools)
     scene = replace(scene, attached=attached, obstacles=(*scene.obstacles, *parts))
     if trajectory is None:
         return scene

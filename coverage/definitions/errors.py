@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from ..angles import radians_hint
 from .escaping import printable
@@ -134,10 +134,9 @@ def schema_of(model: Any) -> dict[str, Any]:
     from pydantic import TypeAdapter
     from pydantic.json_schema import GenerateJsonSchema
 
-    class Quiet(GenerateJsonSchema):
-        ignored_warning_kinds: ClassVar = {"skipped-choice", "non-serializable-default"}
-
-    return TypeAdapter(model).json_schema(schema_generator=Quiet)
+    quiet = {"ignored_warning_kinds": {"skipped-choice", "non-serializable-default"}}
+    generator = type("Quiet", (GenerateJsonSchema,), quiet)
+    return TypeAdapter(model).json_schema(schema_generator=generator)
 
 
 def explain(file: str, error: "ValidationError", model: Any) -> UserError:

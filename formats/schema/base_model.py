@@ -1,8 +1,10 @@
 """Base model of all files: unknown keys and type conversions are rejected."""
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
+
+Percent = Annotated[float, Field(ge=0, le=100, description="percentage")]
 
 
 class StrictModel(BaseModel):

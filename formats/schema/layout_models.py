@@ -12,9 +12,9 @@ from ...coverage.choices import Along
 from ...coverage.definitions.definition import refuse
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring
+from ...coverage.robots.part_tables import JointAngle
 from ...coverage.sensors.sensor import Sensor
 from .base_model import StrictModel
-from .field_types import JointAngle
 from .versions import VersionedFile
 
 _Text = Annotated[str, Field(min_length=1, max_length=2000)]

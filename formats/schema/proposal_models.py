@@ -23,7 +23,7 @@ from ...objectives.turned_cell import turned_single
 from ...objectives.verified import Verified
 from ...placement.bound.coverage_bound import CoverageBound
 from ...placement.search.result import FewestRings, Reach, SearchResult, SeedResult
-from .field_types import Percent
+from .base_model import Percent
 from .scene_models import SceneModel
 from .versions import VersionedFile
 

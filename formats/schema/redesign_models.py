@@ -5,7 +5,7 @@ from pydantic import Field
 from ...coverage.rings.ring import Ring
 from ...objectives.verified import Verified
 from ...placement.redesign.beam_search import Answer
-from .field_types import Percent
+from .base_model import Percent
 from .scene_models import SceneModel
 from .versions import VersionedFile
 

@@ -6,7 +6,7 @@ the JSON Schema and the text of errors.
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     Field,
@@ -15,7 +15,7 @@ from pydantic import (
     model_validator,
 )
 
-from ...coverage.definitions.definition import Fault, refuse
+from ...coverage.definitions.definition import Fault, fields_of, refuse
 from ...coverage.definitions.errors import InputError, UserError
 from ...coverage.definitions.records import FILE_VERSION
 from ...coverage.electronics.electronics import Electronics
@@ -43,8 +43,7 @@ from ...objectives.prices import Prices
 from ...objectives.scene import REFERENCE_POSE_DEG, Obstacle, Scene, attached_faults
 from ...objectives.trajectory import TrajectoryFile
 from ...objectives.turned_cell import states_coordinates
-from .field_types import RingRadius
-from .mapping import MappedModel
+from .base_model import StrictModel
 from .versions import VersionedFile
 
 
@@ -53,7 +52,7 @@ def _without_files(solids: list[Solid], noun: str) -> tuple[Solid, ...]:
     return tuple(solid for solid in named(solids, noun) if solid.file is None)
 
 
-class SceneModel(MappedModel[Scene]):
+class SceneModel(StrictModel):
     """A scene. Every key has a default; without any key it is the reference scene."""
 
     robot: RobotKey = Field(
@@ -77,7 +76,7 @@ class SceneModel(MappedModel[Scene]):
         default="shadow",
         description="effect of the robot's own body on its sensors; default without bodies: ignore",
     )
-    ring_radius: RingRadius | None = Field(
+    ring_radius: Annotated[float, Field(gt=0, le=1)] | None = Field(
         default=None,
         description=(
             f"radius of the rings, m; default {RING_RADIUS:g}, or more where a real ring needs it"
@@ -200,25 +199,27 @@ class SceneModel(MappedModel[Scene]):
         if self.trajectory is not None and "poses" in self.model_fields_set:
             yield ("trajectory",), self.trajectory.file, "either poses or a trajectory, not both"
 
-    def to_domain(self, **given: Any) -> Scene:
+    def to_domain(self) -> Scene:
         """Return the scene without the meshes and poses that other files hold."""
-        sensor, radius = self.sensor, self.ring_radius or RING_RADIUS
-        robot = self.robot
+        robot, fixed = self.robot, Setup(tuple(self.fixed), tuple(self.fixed_sensors))
         if self.calibration is not None:
             robot = self.calibration.applied(robot)
-        fixed = with_scene(self._fixed, sensor, radius)
-        return super().to_domain(
-            robot=robot,
-            attached=_without_files(self.attached, "attached") or robot.attached,
-            base=self.base,
-            poses=tuple(pose.pose(robot.chain) for pose in self.poses),
-            rules=replace(self.rules, fixed=fixed.rings, fixed_sensors=fixed.singles),
-            obstacles=_without_files(self.obstacles, "obstacle"),
-            **given,
+        fixed = with_scene(fixed, self.sensor, self.ring_radius or RING_RADIUS)
+        names = set(fields_of(Scene)) & type(self).model_fields.keys()
+        same = {key: getattr(self, key) for key in names}
+        return Scene(
+            **same
+            | {
+                "robot": robot,
+                "attached": _without_files(self.attached, "attached") or robot.attached,
+                "poses": [pose.pose(robot.chain) for pose in self.poses],
+                "rules": replace(self.rules, fixed=fixed.rings, fixed_sensors=fixed.singles),
+                "obstacles": _without_files(self.obstacles, "obstacle"),
+            }
         )
 
     @classmethod
-    def from_domain(cls, value: Scene, **given: Any) -> Self:
+    def from_domain(cls, value: Scene) -> Self:
         """Return the table of a scene.
 
         Raises:
@@ -226,23 +227,24 @@ class SceneModel(MappedModel[Scene]):
         """
         if not all(part.in_files for goal in value.targets for part in goal.parts()):
             raise UserError("a target by a function of Python's cannot be written to a file")
-        return cls.record_of(value, **given)
+        return cls.record_of(value)
 
     @classmethod
-    def record_of(cls, value: Scene, **given: Any) -> Self:
+    def record_of(cls, value: Scene) -> Self:
         """Return the record of a scene, of which files may be unable to hold the targets."""
         fixed = table_of(Setup(value.rules.fixed, value.rules.fixed_sensors), value.sensor)
-        return super().from_domain(
-            value,
-            robot=robot_key(value.robot),
-            base=_written_base(value),
-            calibration=CalibrationTable.of(value.robot),
-            poses=[PoseTable.of(pose, value.robot.chain) for pose in value.poses],
-            fixed=fixed["rings"],
-            fixed_sensors=fixed["sensors"],
-            attached=list(value.robot.attached),
-            **given,
-        )
+        names = set(fields_of(Scene)) & cls.model_fields.keys()
+        same = {key: getattr(value, key) for key in names}
+        own = {
+            "robot": robot_key(value.robot),
+            "base": _written_base(value),
+            "calibration": CalibrationTable.of(value.robot),
+            "poses": [PoseTable.of(pose, value.robot.chain) for pose in value.poses],
+            "fixed": fixed["rings"],
+            "fixed_sensors": fixed["sensors"],
+        }
+        listed = {key: list(v) if isinstance(v, tuple) else v for key, v in (same | own).items()}
+        return cls(**listed)
 
 
 def _written_base(scene: Scene) -> BaseFrame | None:

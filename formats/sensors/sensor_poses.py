@@ -17,10 +17,10 @@ from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.joint_values import joint_keys, joint_keys_of, misnamed, ordered
 from ...coverage.robots.kinematics import forward
+from ...coverage.robots.part_tables import JointAngle
 from ...coverage.robots.robot import BASE, BASE_FRAME, TCP_FRAME, Robot
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import Scene
-from ..schema.field_types import JointAngle
 from ..schema.versions import Versioned
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, setup_of_frames
 from .sensor_frames import SensorFrame, looking_along_z, sensor_frames

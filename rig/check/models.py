@@ -5,8 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from ...coverage.targets.target import key_text
-from ...formats.schema.base_model import StrictModel
-from ...formats.schema.field_types import Percent
+from ...formats.schema.base_model import Percent, StrictModel
 from ...objectives.verified import CalibrationEffect
 from ..mount.as_built import ZetaModel
 from ..mount.fit_record import RingFitModel

@@ -14,8 +14,7 @@ from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.rings.rounding import rounded
 from ...coverage.solids.base import Parts
 from ...coverage.targets.target import Target, key_text
-from ...formats.schema.base_model import StrictModel
-from ...formats.schema.field_types import Percent
+from ...formats.schema.base_model import Percent, StrictModel
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml
 from ...objectives.occlusion import sight

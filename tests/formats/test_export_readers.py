@@ -429,7 +429,7 @@ def test_a_users_own_urdf_gets_the_rings_and_pairs_of_them_alone(tmp_path):
     (tmp_path / "mine.urdf").write_text(chain_text(ROBOTS["ur10"].chain, "mine"))
     ball = Attached("ball", "forearm", Capsules(np.zeros(3), np.array([0.1, 0, 0]), 0.04))
     what = placed("ur10")
-    scene = replace(what.scene, robot=what.scene.robot.with_attached((ball,)))
+    scene = replace(what.scene, attached=(ball,))
     own = read_urdf_of(tmp_path / "mine.urdf")
     what = PlacedSetup(scene, what.setup, 0, tmp_path, own)
     written(what, "urdf", tmp_path)

@@ -65,7 +65,8 @@ def drawn(seed: int, name: str) -> tuple[Scene, Setup]:
     """A robot in a drawn pose with drawn rings."""
     rng, robot = np.random.default_rng(seed), ROBOTS[name]
     setup = drawing.setup(rng)
-    poses = (Pose(robot.rest), Pose(drawing.pose(rng, len(robot.chain))))
+    q = np.clip(drawing.pose(rng, len(robot.chain)), *robot.limits.T)
+    poses = (Pose(robot.rest), Pose(q))
     return paper_scene(robot=robot, poses=poses), setup
 
 
@@ -117,6 +118,7 @@ def test_mujocos_rangefinders_return_what_our_geometry_predicts(tmp_path, name):
     )
     setup = Setup(rings)
     poses = [robot.rest, *(robot.rest + rng.uniform(-0.7, 0.7, (15, len(robot.chain))))]
+    poses = np.clip(poses, *robot.limits.T)
     scene = paper_scene(robot=robot, poses=tuple(Pose(q) for q in poses), obstacles=(TABLE, FLOOR))
     written(tmp_path, scene, setup, "mjcf")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))

@@ -4,7 +4,6 @@ import dataclasses
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import Annotated
 
 import numpy as np
 import pytest
@@ -25,7 +24,6 @@ from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
 from place_rings.coverage.targets.posed_robot import Shape
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
-from place_rings.formats.schema.mapping import DEGREES, MappedModel, Of
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.versions import RobotFile
@@ -308,12 +306,3 @@ def test_a_robot_is_what_its_file_says(tmp_path, name):
 def test_urdf_angles_give_the_rotation_again(rpy):
     R = rotation_rpy(*rpy)
     np.testing.assert_allclose(rotation_rpy(*rpy_of(R)), R, atol=1e-8)
-
-
-def test_a_key_of_a_field_that_does_not_exist_is_refused():
-    class Wrong(MappedModel[Safety]):
-        pace: float = 1.0
-        walk: Annotated[float, Of("wlak", DEGREES)] = 1.0
-
-    with pytest.raises(TypeError, match="wlak"):
-        Wrong.from_domain(Safety())

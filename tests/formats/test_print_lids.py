@@ -282,8 +282,9 @@ def test_cover_in_a_scenes_file(tmp_path):
 
 def test_a_glued_board_has_no_lid_and_its_ring_is_refused_in_one_line():
     sensor = replace(sensor_of("vl53l4cd"), board=replace(VL53L4CD, holes=()))
-    scene = Scene(occlusion="shadow", sensor=sensor, printing=COVERED)
-    ring = Ring("forearm", 0.5, 3, 0.2, 0.0, scene.radius_of("forearm"), sensor)
+    scene = Scene(occlusion="shadow", printing=COVERED)
+    radius = scene.replace(sensor=sensor, printing=None).radius_of("forearm")
+    ring = Ring("forearm", 0.5, 3, 0.2, 0.0, radius, sensor)
     with refused("ring 0 (forearm)"):
         ring_files(Setup((ring,)), scene, lambda *_: {})
 

@@ -126,7 +126,7 @@ def test_millimetres_lead_from_the_joint_to_the_ring(name, seed):
     sensors, at any pose.
     """
     rng, robot = np.random.default_rng(seed), ROBOTS[name]
-    q = rng.uniform(-1, 1, len(robot.chain))
+    q = np.clip(rng.uniform(-1, 1, len(robot.chain)), *robot.limits.T)
     rings = [
         Ring(link, rng.uniform(), int(rng.integers(2, 9)), rng.uniform(-1, 1), rng.uniform(0, 6))
         for link in robot.links

@@ -36,7 +36,8 @@ def test_a_cable_reaches_its_ring_at_every_pose(name, seed):
     """The straight lengths of the links are at least the distance from the base to the ring, and a
     loop holds what slips across its joint."""
     rng, robot = np.random.default_rng(seed), ROBOTS[name]
-    poses = tuple(Pose(rng.uniform(-2, 2, len(robot.chain))) for _ in range(3))
+    q = np.clip(rng.uniform(-2, 2, (3, len(robot.chain))), *robot.limits.T)
+    poses = tuple(map(Pose, q))
     scene = paper_scene(robot=robot, poses=poses)
     crossed = crossings(scene)
     for joint, q in zip(
