@@ -243,7 +243,9 @@ class SceneModel(StrictModel):
             "fixed": fixed["rings"],
             "fixed_sensors": fixed["sensors"],
         }
-        listed = {key: list(v) if isinstance(v, tuple) else v for key, v in (same | own).items()}
+        listed: dict[str, Any] = {
+            key: list(v) if isinstance(v, tuple) else v for key, v in (same | own).items()
+        }
         return cls(**listed)
 
 
