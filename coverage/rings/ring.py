@@ -58,13 +58,12 @@ _RADIUS = Within(gt=0, le=1).wider(Number("m, at least 0", ge=0))
 
 @definition
 class Ring:
-    """Sensors evenly spaced around a link."""
+    """Sensors evenly spaced around a link. A measured ring may lie beyond the link's ends."""
 
     link: Text
     """Name of the robot's mount."""
     position: Annotated[float, _POSITION, Absent(0.0)]
-    """Position along the mount axis, from 0 proximal to 1 distal; a measured ring may lie
-    beyond."""
+    """Position along the mount axis, from 0 proximal to 1 distal."""
     count: Annotated[int, Within(ge=1, le=1000).wider(Whole(0))]
     """Number of sensors."""
     tilt: Annotated[float, _TILT] = 0.0

@@ -21,6 +21,7 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import robot
 from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import Scene
 from place_rings.rig.check.assessment import assess
 from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.offline import file_check
@@ -580,7 +581,7 @@ def test_plans_are_written_for_other_programs_and_read_back(taped, tmp_path, mon
     again, _ = read_plans(SCENE, ("mount",), out)
     np.testing.assert_array_equal(again.joints, mount.joints)
     with refused("stops.toml", "6", "7", "panda"):
-        read_plans(replace(SCENE, robot=robot("panda")), ("mount",), folder)
+        read_plans(Scene(robot="panda"), ("mount",), folder)
     for more in ({}, {"required": False}):
         with refused(tmp_path, "stops.toml"):
             read_plans(SCENE, ("mount",), tmp_path, **more)
