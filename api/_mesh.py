@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from ._errors import InputError, input_errors
+from .coverage.definitions.field_types import ORIGIN
 from .coverage.robots.kinematics import transform
-from .coverage.targets.own import ORIGIN, Mesh, MeshFile
+from .coverage.targets.own import Mesh, MeshFile
 
 
 def _load(

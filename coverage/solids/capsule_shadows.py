@@ -113,7 +113,21 @@ def capsule_shadow(apex: Array, start: Array, end: Array, radius: Numbers) -> Sh
         rays.append(xp.stack([place / safe, height / safe], axis=-1))
         growths.append(xp.clip(thick / safe, 0.0, _STEEPEST))
     flat = thick / xp.where(height > thick / 2, height, thick / 2)
-    return Shadow(apex, along, away, across, near, far, height, thick, *rays, *growths, flat)
+    return Shadow(
+        apex,
+        along,
+        away,
+        across,
+        near,
+        far,
+        height,
+        thick,
+        rays[0],
+        rays[1],
+        growths[0],
+        growths[1],
+        flat,
+    )
 
 
 def _gain(growth: Numbers) -> Any:

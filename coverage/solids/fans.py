@@ -69,7 +69,8 @@ class Fans(BeamShape):
         across, half = cross(up, axis), self.half_angle[index]
         d, x, y = dot(v, axis), dot(v, across), dot(v, up)
         slab = [(sign * y - self.size[index], sign * up) for sign in (1.0, -1.0)]
-        share, *plane = under_planes(*(np.stack(a, axis=1) for a in zip(*slab, strict=True)), pairs)
+        values, normals = (np.stack(a, axis=1) for a in zip(*slab, strict=True))
+        share, *plane = under_planes(values, normals, pairs)
         c, s = np.cos(half), np.sin(half)
         sides = [
             under_planes(

@@ -57,7 +57,7 @@ def nearest_places(u: Coordinates, v: Coordinates, w: Coordinates) -> tuple[Any,
     return clipped((uv * second - uw) / uu), second
 
 
-def inner(a: Coordinates, b: Coordinates) -> Any:
+def inner(a: Coordinates, b: Coordinates | Array) -> Any:
     """Return the inner product of vectors by their coordinates."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 

@@ -138,7 +138,8 @@ def _turned(part: Manifold, yaw: float) -> Manifold:
 def _size(part: Manifold, yaw: float) -> Float[np.ndarray, " 3"]:
     """Return the dimensions (3,) mm of a part in its printing orientation."""
     box = _turned(part, yaw).bounding_box()
-    return np.array(box[3:]) - np.array(box[:3])
+    size: np.ndarray = np.array(box[3:]) - np.array(box[:3])
+    return size
 
 
 def placed(
