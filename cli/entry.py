@@ -21,9 +21,7 @@ _SOON = 0.02  # s until Ctrl-C is raised again; the callback that lost it has en
 def main() -> None:
     """Run the command line."""
     gc.set_threshold(_GARBAGE, *gc.get_threshold()[1:])
-    # the collector's last runs, at the end of the process, would take a tenth of a short command's
-    # time and free nothing that the process needs
-    atexit.register(gc.freeze)
+    atexit.register(_end_soon)
     sys.unraisablehook = never_lost
     # XLA reports a slow compilation as an error, which says nothing to the user
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
@@ -42,6 +40,13 @@ def main() -> None:
         run()
     except KeyboardInterrupt:
         _nothing_to_keep()
+
+
+def _end_soon() -> None:
+    """Spare the collector's last runs, which would take a tenth of a short command's time and free
+    nothing that the process needs; but manifold3d reports each of its solids that is not freed."""
+    if "manifold3d" not in sys.modules:
+        gc.freeze()
 
 
 def never_lost(dropped: Any) -> None:

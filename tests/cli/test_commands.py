@@ -170,3 +170,15 @@ def test_help_fits_the_window(name, run, monkeypatch):
         assert max(map(len, out.splitlines())) <= columns
         assert "[default: None]" not in out
         assert "[default: ()]" not in out
+
+
+def test_a_command_that_models_printed_rings_says_nothing_on_stderr(tmp_path):
+    """The library of solids reports every solid that is not freed at the end of the process."""
+    ring = '[[rings]]\nlink = "forearm"\nposition = 0.5\ncount = 3\n'
+    text = f'version = 2\n{ring}[scene]\nsensor = {{ model = "vl53l1x" }}\n'
+    (tmp_path / "one.toml").write_text(text)
+    words = ["place-rings", "export", "one.toml", "--to", "urdf", "--out", "out"]
+    code = f"import sys; sys.argv = {words}; from place_rings.cli.entry import main; main()"
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
