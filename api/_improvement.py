@@ -20,7 +20,7 @@ from .objectives.scene import Scene
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .placement.redesign import redesign
-from .placement.redesign.beam_search import Answer
+from .placement.redesign.changes import Answer
 from .placement.search.progress import Outcome
 from .placement.search.result import SearchResult
 from .reporting.text import counted

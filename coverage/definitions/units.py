@@ -91,7 +91,7 @@ def _same(value: float) -> float:
 
 def Within(**limits: float) -> FileUnit:
     """Return the annotation of a number that files state as it is, within limits."""
-    return FileUnit("", lambda value: value, lambda value: value, limits)
+    return Key("", **limits)
 
 
 def Degrees(

@@ -106,28 +106,22 @@ def capsule_shadow(apex: Array, start: Array, end: Array, radius: Numbers) -> Sh
     height, away = _unit(to_start - near[..., None] * along, _perpendicular(along))
     across = cross(along, away)
     far = near + length
-    rays, growths = [], []
-    for place in (near, far):
-        reach = root(place * place + height * height)
-        safe = xp.where(reach > 0, reach, 1.0)
-        rays.append(xp.stack([place / safe, height / safe], axis=-1))
-        growths.append(xp.clip(thick / safe, 0.0, _STEEPEST))
     flat = thick / xp.where(height > thick / 2, height, thick / 2)
-    return Shadow(
-        apex,
-        along,
-        away,
-        across,
-        near,
-        far,
-        height,
-        thick,
-        rays[0],
-        rays[1],
-        growths[0],
-        growths[1],
-        flat,
+    (near_ray, near_growth), (far_ray, far_growth) = (
+        _end(place, height, thick) for place in (near, far)
     )
+    directions = apex, along, away, across
+    sizes = near, far, height, thick
+    return Shadow(*directions, *sizes, near_ray, far_ray, near_growth, far_growth, flat)
+
+
+def _end(place: Array, height: Array, thick: Array) -> tuple[Array, Array]:
+    """Return ``ray`` and ``growth`` of ``Shadow`` for the end of an axis at ``place``."""
+    xp = namespace(place)
+    reach = root(place * place + height * height)
+    safe = xp.where(reach > 0, reach, 1.0)
+    ray = xp.stack([place / safe, height / safe], axis=-1)
+    return ray, xp.clip(thick / safe, 0.0, _STEEPEST)
 
 
 def _gain(growth: Numbers) -> Any:

@@ -4,7 +4,7 @@ from pydantic import Field
 
 from ...coverage.rings.ring import Ring
 from ...objectives.verified import Verified
-from ...placement.redesign.beam_search import Answer
+from ...placement.redesign.changes import Answer
 from .base_model import Percent
 from .scene_models import SceneModel
 from .versions import VersionedFile

@@ -7,26 +7,18 @@ fixed. The best results are counted exactly, rounded as in a file.
 """
 
 import math
-from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Self
 
 import numpy as np
 
-from ...coverage.definitions.definition import definition
-from ...coverage.definitions.field_types import InPython, Items
-from ...coverage.definitions.units import Covered, Points
-from ...coverage.rings.ring import Ring, Setup
-from ...coverage.rings.rounding import of_scene
-from ...coverage.sensors.sensor import Sensor
+from ...coverage.rings.ring import Setup
 from ...coverage.soft.estimator import SHARP
 from ...objectives.soft_coverage import SoftCoverage
-from ...objectives.verified import Verified
 from ..search.context import SearchContext
 from ..search.local_search import ClimbEffort, RingConstraints, climb
 from ..search.progress import Progress
-from .changes import Change, Touched, Work, changes, work
+from .changes import Answer, Touched, changes, work
 from .moves import touched
 from .problem import EncodedSetup, RedesignProblem
 
@@ -65,51 +57,6 @@ class BeamPlan:
     """Points of all goals and poses together on which setups climb."""
     counted: int = 3
     """Setups that are simplified and counted."""
-
-
-@definition(kw_only=True)
-class Answer:
-    """The best setup for a number of changes."""
-
-    touched: InPython[Touched] = None  # type: ignore[assignment]
-    """The changed setup; None from a file."""
-    soft: InPython[float] = 0.0
-    """Soft ζ; of the mounted setup, and of what is counted after the time limit, the exact one."""
-    exact: Annotated[float, Covered("exact_percent")]
-    """Exact coverage, weighted mean over the targets."""
-    gain: Annotated[float, Points("gain_percent", 16)] = 0.0
-    """Gain over the mounted setup."""
-    short: Annotated[float, Points("short_percent", 16)]
-    """Sum by which floors are missed."""
-    work: Work
-    """Effort of the changes."""
-    changes: Items[Change]
-    """Changes."""
-    rings: Items[Ring] = ()
-    """All rings after the changes."""
-    zeta: Items[Verified] = ()
-    """Verified coverage of each target."""
-
-    def in_file(self, mounted: "Answer", sensor: Sensor, zeta: Iterable[Verified]) -> Self:
-        """Return the answer as a file of a scene with ``sensor`` states it, beside that of the
-        mounted setup and with the coverage of each target."""
-        return replace(
-            self,
-            gain=self.exact - mounted.exact,
-            changes=tuple(change.in_file(sensor) for change in self.changes),
-            rings=of_scene(self.setup, sensor).rings,
-            zeta=tuple(zeta),
-        )
-
-    @property
-    def setup(self) -> Setup:
-        """All rings after the changes; unchanged rings come first, in their order."""
-        return self.touched.setup
-
-    @property
-    def key(self) -> tuple[float, float]:
-        """Sort key, smaller is better: missed floors first, then ζ."""
-        return self.short, -self.exact
 
 
 @dataclass

@@ -7,18 +7,20 @@ another link.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Annotated, Literal, Self
 
 from ...coverage.definitions.definition import definition
-from ...coverage.definitions.units import Degrees, Key, Millimetres
+from ...coverage.definitions.field_types import InPython, Items
+from ...coverage.definitions.units import Covered, Degrees, Key, Millimetres, Points
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import DIGITS_DEG, Ring, Setup
 from ...coverage.rings.rounding import of_scene
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
+from ...objectives.verified import Verified
 
 Rings = tuple[Ring | None, ...]  # the ring at each place, None: no ring
 
@@ -133,6 +135,51 @@ class Touched:
     def sensors(self) -> int:
         """Number of sensors together."""
         return self.setup.sensors
+
+
+@definition(kw_only=True)
+class Answer:
+    """The best setup for a number of changes."""
+
+    touched: InPython[Touched] = None  # type: ignore[assignment]
+    """The changed setup; None from a file."""
+    soft: InPython[float] = 0.0
+    """Soft ζ; of the mounted setup, and of what is counted after the time limit, the exact one."""
+    exact: Annotated[float, Covered("exact_percent")]
+    """Exact coverage, weighted mean over the targets."""
+    gain: Annotated[float, Points("gain_percent", 16)] = 0.0
+    """Gain over the mounted setup."""
+    short: Annotated[float, Points("short_percent", 16)]
+    """Sum by which floors are missed."""
+    work: Work
+    """Effort of the changes."""
+    changes: Items[Change]
+    """Changes."""
+    rings: Items[Ring] = ()
+    """All rings after the changes."""
+    zeta: Items[Verified] = ()
+    """Verified coverage of each target."""
+
+    def in_file(self, mounted: "Answer", sensor: Sensor, zeta: Iterable[Verified]) -> Self:
+        """Return the answer as a file of a scene with ``sensor`` states it, beside that of the
+        mounted setup and with the coverage of each target."""
+        return replace(
+            self,
+            gain=self.exact - mounted.exact,
+            changes=tuple(change.in_file(sensor) for change in self.changes),
+            rings=of_scene(self.setup, sensor).rings,
+            zeta=tuple(zeta),
+        )
+
+    @property
+    def setup(self) -> Setup:
+        """All rings after the changes; unchanged rings come first, in their order."""
+        return self.touched.setup
+
+    @property
+    def key(self) -> tuple[float, float]:
+        """Sort key, smaller is better: missed floors first, then ζ."""
+        return self.short, -self.exact
 
 
 def turn(before: Ring, after: Ring) -> float:

@@ -20,8 +20,8 @@ from ...objectives.target_points import TargetPoints
 from ..search.context import SearchContext
 from ..search.options import ImproveOptions
 from ..search.progress import Outcome, Progress
-from .beam_search import WORTH, Answer, BeamPlan, BeamSearch
-from .changes import Touched
+from .beam_search import WORTH, BeamPlan, BeamSearch
+from .changes import Answer, Touched
 from .problem import RedesignProblem
 
 
