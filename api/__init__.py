@@ -55,9 +55,10 @@ if TYPE_CHECKING:
     )
     from .coverage.targets.own import Box, Capsule, Cone, Cylinder, HalfSpace, Implicit, Sphere
     from .objectives.mount_rules import Limits, Rules
+    from .objectives.obstacle import Obstacle
     from .objectives.poses import Pose
     from .objectives.prices import Prices
-    from .objectives.scene import Obstacle, Scene
+    from .objectives.scene import Scene
     from .placement.search.progress import Outcome, Progress
     from .placement.space.feasible_set import InfeasibleError
 
@@ -176,7 +177,8 @@ _MODULES = {
     "objectives.prices": ("Prices",),
     "objectives.mount_rules": ("Limits", "Rules"),
     "objectives.poses": ("Pose",),
-    "objectives.scene": ("Obstacle", "Scene"),
+    "objectives.obstacle": ("Obstacle",),
+    "objectives.scene": ("Scene",),
     "placement.space.feasible_set": ("InfeasibleError",),
     "placement.search.progress": ("Outcome", "Progress"),
 }

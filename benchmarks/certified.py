@@ -17,7 +17,7 @@ from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 
 SIDES = 64
 SETUP = "n3_16_55"
@@ -60,7 +60,7 @@ def against_meshes() -> str:
 
 def cost_of_width(full: bool) -> str:
     """Measure narrower and narrower intervals on the reference scene."""
-    scene, rows = paper_scene(), []
+    scene, rows = Scene.paper(), []
     q = scene.poses[0].q
     cones = sensor_cones(scene.robot, named_setup(SETUP), q)
     for radius, width in FULL if full else INTERVALS:

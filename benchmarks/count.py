@@ -24,7 +24,7 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
 VOXELS = {False: (0.025, 0.0125), True: (0.05, 0.025, 0.0125)}  # m, without and with --full
@@ -87,7 +87,7 @@ def against_random_points(full: bool) -> list[str]:
     for name in SETUPS[full]:
         setup = named_setup(name)
         for mode in ("ignore", "shadow"):
-            scene = replace(paper_scene(), occlusion=mode)
+            scene = replace(Scene.paper(), occlusion=mode)
             target = scene.targets[0].target
             works: dict[str, Callable[[], Any]] = {
                 "exact": lambda s=scene, t=target, u=setup: Verifier(s).verify(u, t).zeta,

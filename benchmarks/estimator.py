@@ -28,7 +28,7 @@ from place_rings.coverage.rings.ring_kinematics import (
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.soft.sampling import sample
 from place_rings.coverage.solids.cones import Cones, cone
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.soft_coverage import SoftCoverage
 
 # m, from the widest to the sharpest
@@ -54,7 +54,7 @@ class Task:
     @staticmethod
     def of() -> "Task":
         """Return the task of this comparison."""
-        scene, rings = paper_scene(), named_setup(SETUP).rings
+        scene, rings = Scene.paper(), named_setup(SETUP).rings
         points = sample(scene.solid(scene.targets[0].target, 0), POINTS, 0)
         v, arrays = ring_values(rings), ring_arrays(scene.robot, rings)
         arrays = jax.tree.map(lambda a: a.astype(np.float32) if a.dtype == float else a, arrays)

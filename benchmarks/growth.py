@@ -34,12 +34,12 @@ def soft_task(sensors: int, poses: int, points: int) -> tuple[Any, Any, Any]:
     from place_rings.coverage.rings.ring_kinematics import ring_arrays
     from place_rings.coverage.soft.sampling import sample
     from place_rings.objectives.poses import Pose
-    from place_rings.objectives.scene import paper_scene
+    from place_rings.objectives.scene import Scene
     from place_rings.objectives.soft_coverage import SoftCoverage
 
-    here = paper_scene()
+    here = Scene.paper()
     swing = [here.poses[0].q + np.array([0.03 * i, 0, 0, 0, 0, 0]) for i in range(poses)]
-    scene = paper_scene(poses=tuple(map(Pose, swing)))
+    scene = Scene.paper(poses=tuple(map(Pose, swing)))
     counts = np.bincount(np.arange(sensors) % 5, minlength=5).tolist()
     rings = [Ring(link, at, n, 0.5) for (link, at), n in zip(_PLACES, counts, strict=True)]
     base, each = sample(here.solid(here.targets[0].target, 0), points, 0), []

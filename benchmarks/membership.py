@@ -21,7 +21,7 @@ from place_rings.coverage.solids.cones import Cones, cone
 from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.solid_bitmask import words
 from place_rings.coverage.voxels.voxel_bitmask import CORNER, BlockGrid
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 
 Paths = tuple[str, str, int, Callable[[], Any], Callable[[], Any]]
 VOXEL = 0.01
@@ -81,7 +81,7 @@ def body_paths(rng: np.random.Generator, count: int) -> Paths:
 
 def tube_paths(rng: np.random.Generator, count: int) -> Paths:
     """Return the points inside a tube by the signs of its planes."""
-    scene = paper_scene()
+    scene = Scene.paper()
     tube: Any = scene.solid(Shell(0.5), 0).a
     points = rng.uniform(-1, 1, (count // 16, 3))
     return (

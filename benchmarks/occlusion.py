@@ -19,7 +19,7 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.soft.sampling import sample
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 
 SETUPS = {False: ("n3_16_55",), True: ("n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")}
 POINTS = 20_000
@@ -70,7 +70,7 @@ def free(meshes: list[trimesh.Trimesh], apex: np.ndarray, points: np.ndarray) ->
 
 def report(full: bool) -> list[str]:
     """Return ζ under ``shadow`` by each method, the pairs that agree, and times."""
-    scene = paper_scene()
+    scene = Scene.paper()
     q = scene.poses[0].q
     frames = forward(scene.robot.chain, q)
     occluders = Occluders(robot_capsules(scene.robot, frames))

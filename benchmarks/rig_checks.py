@@ -24,8 +24,9 @@ from jaxtyping import Bool
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets.named import Shell
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.fit_record import truth_of
@@ -41,7 +42,7 @@ from scipy import stats
 
 TARGET = Shell(0.5)
 _POSES = (0, -45, 60, -105, -90, 0), (40, -70, 90, -110, -90, 0), (-60, -60, 50, -80, -90, 0)
-SCENE = paper_scene(
+SCENE = Scene.paper(
     poses=tuple(Pose(np.radians(q)) for q in _POSES),
     obstacles=(
         Obstacle("floor", half_space(-0.75)),

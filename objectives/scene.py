@@ -12,14 +12,14 @@ from pydantic import AfterValidator, Field
 
 from ..coverage.definitions.definition import Fault, definition, refuse
 from ..coverage.definitions.errors import input_errors
-from ..coverage.definitions.field_types import FARTHEST, Made, Several
+from ..coverage.definitions.field_types import Made, Several
 from ..coverage.electronics.electronics import Electronics
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.person_reach import Person
 from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
 from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
 from ..coverage.rings.rounding import setup_faults
-from ..coverage.robots.attached import GIVEN_SOLID, Attached, ConvexSolid, named, refuse_file
+from ..coverage.robots.attached import Attached, named, refuse_file
 from ..coverage.robots.base_frame import BaseFrame, base_frame, must_turn
 from ..coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, UR10
 from ..coverage.robots.ring_section import surrounded
@@ -31,7 +31,6 @@ from ..coverage.sensors.lids import lid_fault
 from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
 from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
-from ..coverage.solids.polyhedra import Polyhedron, half_space
 from ..coverage.targets.named import Shell, named_target
 from ..coverage.targets.posed_robot import Shape
 from ..coverage.targets.solid import target_solid
@@ -39,6 +38,7 @@ from ..coverage.targets.target import Target, standalone
 from .link_limits import LinkLimits
 from .motion_limits import Motion
 from .mount_rules import Limits, Rules
+from .obstacle import Obstacle
 from .poses import Pose, Recorded
 from .prices import Prices, SetupPrice
 from .scene_poses import pose_faults, poses_of, settled
@@ -54,38 +54,6 @@ _TARGETS = (
     " your own such as Box"
 )
 OverPoses = Literal["mean", "worst"]
-
-
-@definition
-class Obstacle(ConvexSolid):
-    """A convex obstacle of the cell. It occludes sensors and is excluded from targets.
-
-    It is a box (``size``), the convex hull of ``points``, the half-space below a ``floor``, or in a
-    scene's file the mesh in a ``file``. ``centre`` and ``rpy_deg`` (rotations about x, then y, then
-    z of the base frame) place all but the floor.
-
-    Example:
-        >>> import place_rings as pr
-        >>> pr.Obstacle("table", centre=[0.8, 0, -0.1], size=[0.6, 1.2, 0.2]).name
-        'table'
-    """
-
-    kinds = (*ConvexSolid.kinds, "floor")
-    floor: Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)] | None = field(
-        default=None, kw_only=True
-    )
-    """Height of the floor, m; the obstacle is everything below."""
-    body: Annotated[Polyhedron, *GIVEN_SOLID] = field(default=None, repr=False, compare=False)  # type: ignore[assignment]
-    """Its shape in the base frame: follows from the other arguments, or stands in their place."""
-
-    def __post_init__(self) -> None:
-        if self.body is not None and not any(getattr(self, key) is not None for key in self.kinds):
-            return
-        body = self._polyhedron()
-        if self.floor is not None:
-            object.__setattr__(self, "name", self.name or "floor")
-            body = half_space(self.floor)
-        object.__setattr__(self, "body", body)
 
 
 def _robot_named(robot: Any) -> Any:
@@ -391,16 +359,19 @@ class Scene:
     @property
     def sensors(self) -> frozenset[Sensor]:
         """The different sensors that a setup of the scene may contain."""
+        return frozenset((*self._of_rings, *(single.sensor for single in self.standing)))
+
+    @property
+    def _of_rings(self) -> tuple[Sensor, ...]:
+        """The sensors that rings of the scene may have."""
         new = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
-        fixed = (r.sensor for r in self.rules.fixed)
-        return frozenset((*new, *fixed, *(one.sensor for one in self.standing)))
+        return (*new, *(ring.sensor for ring in self.rules.fixed))
 
     @property
     def square(self) -> bool:
         """Whether rings of the scene may have other beams than cones from the apex on; single
         sensors do not matter here."""
-        new = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
-        return not all(s.plain for s in (*new, *(r.sensor for r in self.rules.fixed)))
+        return not all(sensor.plain for sensor in self._of_rings)
 
     @property
     def real(self) -> bool:
@@ -414,8 +385,7 @@ class Scene:
         """
         if not self.real:
             return 0.0
-        around = surrounded(self.robot, link)
-        return math.ceil(1000 * (around + self.rules.standoff) - 1e-6) / 1000
+        return _up_to_mm(surrounded(self.robot, link) + self.rules.standoff)
 
     def stated_radius(self, link: str) -> float | None:
         """Return the radius that the scene states for rings on ``link``, m, if any."""
@@ -446,12 +416,7 @@ class Scene:
             return 0.0
         board = self.sensor_of(link).board or NOMINAL
         around = surrounded(self.robot, link)
-        return (
-            math.ceil(
-                1000 * roomy_radius(board, self.printing, around, self.limits_of(link).tilt) - 1e-6
-            )
-            / 1000
-        )
+        return _up_to_mm(roomy_radius(board, self.printing, around, self.limits_of(link).tilt))
 
     def price_of(self, setup: Setup) -> SetupPrice | None:
         """Return the price of a setup; None without prices."""
@@ -475,15 +440,15 @@ class Scene:
         return share
 
 
+def _up_to_mm(length: float) -> float:
+    """Return a length, m, rounded up to the next mm."""
+    return math.ceil(1000 * length - 1e-6) / 1000
+
+
 def as_in_paper(scene: Scene) -> Scene:
     """Return ``scene`` in the paper's world: transparent bodies, and rings without bodies that sit
     on the lines between the joints."""
     return replace(scene, occlusion="ignore", rules=replace(scene.rules, mount="free"))
-
-
-def paper_scene(**fields: Any) -> Scene:
-    """Return a scene with these fields of ``Scene``, in the paper's world."""
-    return as_in_paper(Scene(**fields))
 
 
 def attached_faults(robot: Robot, attached: Sequence[Attached]) -> Iterator[Fault]:

@@ -38,9 +38,10 @@ from ...coverage.targets.posed_robot import Shape
 from ...objectives.link_limits import LinkLimits
 from ...objectives.motion_limits import Motion
 from ...objectives.mount_rules import Limits, Rules
+from ...objectives.obstacle import Obstacle
 from ...objectives.poses import Pose, PoseTable, Recorded
 from ...objectives.prices import Prices
-from ...objectives.scene import REFERENCE_POSE_DEG, Obstacle, Scene, attached_faults
+from ...objectives.scene import REFERENCE_POSE_DEG, Scene, attached_faults
 from ...objectives.trajectory import TrajectoryFile
 from ...objectives.turned_cell import states_coordinates
 from .base_model import StrictModel

@@ -20,7 +20,8 @@ from ...coverage.solids.capsules import Capsules
 from ...formats.loader import read_proposal
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml, write_text
-from ...objectives.scene import Obstacle, Scene
+from ...objectives.obstacle import Obstacle
+from ...objectives.scene import Scene
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
 from ..simulated.environment import Measured

@@ -19,7 +19,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings._placement import Placement
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import redesign
 from place_rings.placement.redesign.beam_search import BeamPlan, Stage
@@ -129,7 +129,7 @@ def test_the_facade_has_examples():
 def test_verify_is_the_verifier(radius, count, rings, tilt):
     name = f"n{rings}_{count}_{tilt}"
     scene = pr.Scene.paper(targets=[pr.Shell(radius)])
-    core = paper_scene(targets=(scene.targets[0].target,))
+    core = Scene.paper(targets=(scene.targets[0].target,))
     counted = pr.verify(name, scene, voxel=0.05)
     expected = Verifier(core, 0.05).verify(pr.Setup.named(name), scene.targets[0].target)
     assert counted.coverage == expected.zeta

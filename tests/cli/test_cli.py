@@ -31,7 +31,7 @@ from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.written_models import ExportResult
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.robustness import Robustness
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verified import Verified
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
@@ -45,8 +45,8 @@ from place_rings.studies.pareto import study as pareto
 
 
 def test_the_worst_of_one_pose_is_its_mean():
-    assert with_motion(paper_scene(), None, False, worst=True) == paper_scene()
-    two = replace(paper_scene(), poses=(*paper_scene().poses, *paper_scene().poses))
+    assert with_motion(Scene.paper(), None, False, worst=True) == Scene.paper()
+    two = replace(Scene.paper(), poses=(*Scene.paper().poses, *Scene.paper().poses))
     assert with_motion(two, None, False, worst=True).over_poses == "worst"
 
 
@@ -111,7 +111,7 @@ def test_what_a_scene_has_no_room_for_is_refused_and_leaves_nothing(
 
 
 def test_rings_of_a_layout_keep_to_the_sensors_that_a_scene_allows():
-    few, usual = paper_scene(rules=Rules(sensors=(4, 8))), paper_scene()
+    few, usual = Scene.paper(rules=Rules(sensors=(4, 8))), Scene.paper()
     for scene, given, count in (
         (few, {}, 8),
         (usual, {}, 16),

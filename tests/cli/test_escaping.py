@@ -30,7 +30,7 @@ from place_rings.coverage.targets.named import Shell
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.reporting.pages import code, escaped, html, table
 from place_rings.reporting.plots import save
 from place_rings.reporting.rendering.figures import write_png
@@ -346,7 +346,7 @@ def test_what_is_mounted_by_lists_shows(run, tmp_path):
 def test_a_hostile_proposal_shows(run, tmp_path):
     """In names that commands print; what a report holds is tested with reports."""
     quoted = json.dumps(NASTY).replace("\x7f", "\\u007f")
-    ring, scene = Ring("tool", 0.0, 4), paper_scene()
+    ring, scene = Ring("tool", 0.0, 4), Scene.paper()
     cones = sensor_cones(scene.robot, Setup((ring,)), scene.poses[0].q)
     at = np.asarray(cones.apex[0]).round(3).tolist()
     obstacle = f"{{ name = {quoted}, centre = {at}, size = [0.1, 0.1, 0.1] }}"

@@ -24,7 +24,7 @@ from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.coverage.voxels.voxel_set import FURTHEST
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier, check_beams
 
 from ..strategies.solids import padded
@@ -108,7 +108,7 @@ def test_count_interval_and_estimate_hold(name):
 def test_a_beam_is_refused_for_its_own_width_before_the_voxels_are_blamed(fov, range_m, up):
     sensor = Sensor(math.radians(fov), range_m, fov_up=None if up is None else math.radians(up))
     ring, voxel = Ring("upper_arm", 0.5, 3, sensor=sensor), 0.05
-    scene = paper_scene(sensor=sensor)
+    scene = Scene.paper(sensor=sensor)
     refused = None
     try:
         check_beams(scene.sensors, voxel)

@@ -24,7 +24,7 @@ from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.coverage.voxels.volume_tally import Bracket, VolumeTally
 from place_rings.objectives import verify as exact
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.scenes import scenes
@@ -208,7 +208,7 @@ def test_sums_of_many_cells_hold_their_rounding():
 
 def test_the_mean_over_poses_holds_its_rounding(monkeypatch):
     """Of 49 poses, 49 times the float nearest to 1/49 is less than 1."""
-    scene = paper_scene(poses=(paper_scene().poses[0],) * 49)
+    scene = Scene.paper(poses=(Scene.paper().poses[0],) * 49)
     whole = Bracket(1 - 1e-12, 1.0, 1.0, 1.0, 1, 1, 1.0, True)
     monkeypatch.setattr(exact, "bracket", lambda *args: whole)
     verified = Verifier(scene, rule="certified", width=1e-3).verify(

@@ -32,7 +32,8 @@ from place_rings.formats.loader import read_scene, read_target
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.obstacle import Obstacle
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.scenes import CELLS, scenes

@@ -14,8 +14,9 @@ from place_rings.coverage.solids.polyhedra import box, box_of, half_space
 from place_rings.coverage.targets.named import Near, Shell
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.blind_spots import blind_spots
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_breakdown import where_people_are
 from scipy.spatial import ConvexHull

@@ -20,7 +20,7 @@ from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.separation_summary import separations
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 
@@ -128,7 +128,7 @@ def test_the_target_is_less_the_robot_itself_and_grows_with_speed():
 def test_distances_of_a_scene():
     q = np.radians([0, -45, 60, -105, -90, 0])
     poses = (Pose(q, 1.0, None, np.array([1.0, 0, 0, 0, 0, 0])), Pose(q, 3.0, None, np.zeros(6)))
-    scene = paper_scene(poses=poses)
+    scene = Scene.paper(poses=poses)
     assert separations(scene, ReachSphere()) is None
     found = separations(scene, ProtectiveVolume())
     parts = moving(UR10, q, poses[0].rate)
@@ -157,7 +157,7 @@ def test_a_link_that_only_turns_about_itself_has_a_speed():
 
 def test_safety_and_speeds_read_back_from_a_scene():
     pose = Pose(np.zeros(6), 1.0, None, np.radians([10.0, 0, 0, 0, 0, -3.5]))
-    scene = paper_scene(poses=(pose,), safety=Safety(1.7, 0.2, 0.3, 0.4, 0.05, 0.06, 0.25))
+    scene = Scene.paper(poses=(pose,), safety=Safety(1.7, 0.2, 0.3, 0.4, 0.05, 0.06, 0.25))
     again = SceneModel.from_domain(scene).to_domain()
     assert again.safety == scene.safety
     np.testing.assert_allclose(again.poses[0].rate, pose.rate, atol=1e-10)

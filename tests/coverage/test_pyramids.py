@@ -18,7 +18,7 @@ from place_rings.coverage.solids.cones import Cones, around
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from pydantic import ValidationError
 
@@ -90,7 +90,7 @@ def test_ups_of_a_ring_are_across_its_tangent():
 
 
 def test_exact_counts_of_a_mixed_setup_agree():
-    scene = paper_scene(targets=(paper_scene().targets[0].target,))
+    scene = Scene.paper(targets=(Scene.paper().targets[0].target,))
     target = scene.targets[0].target
     verifier = Verifier(scene, 0.04)
     zeta = verifier.verify(MIXED, target).zeta
@@ -120,7 +120,7 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
 
 
 def test_mixed_setups_and_sensors_of_links_read_back():
-    scene = paper_scene(sensor=SQUARE, mounts={"forearm": Limits(sensor=FLAT)})
+    scene = Scene.paper(sensor=SQUARE, mounts={"forearm": Limits(sensor=FLAT)})
     assert SceneModel.from_domain(scene).to_domain().limits_of(
         "forearm"
     ).sensor.fov_up == pytest.approx(FLAT.fov_up)

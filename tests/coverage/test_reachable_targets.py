@@ -15,7 +15,8 @@ from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.mount_rules import Rules
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.obstacle import Obstacle
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from scipy.ndimage import label
 

@@ -14,7 +14,7 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import PAPER_SENSOR
 from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.rings import poses, setups
@@ -36,7 +36,7 @@ TARGETS = (Shell(0.5), Shell(1.5), ReachAndToolSpheres())
 
 @pytest.mark.parametrize(("robot", "table"), [("ur10", REFERENCE), ("ur10_dh", REFERENCE_DH)])
 def test_reference_numbers_are_reproduced(robot, table):
-    verifier = Verifier(paper_scene(robot=ROBOTS[robot]), voxel=0.02)
+    verifier = Verifier(Scene.paper(robot=ROBOTS[robot]), voxel=0.02)
     for name, expected in table.items():
         for target, percent in zip(TARGETS, expected, strict=True):
             found = 100 * verifier.verify(named_setup(name), target).zeta

@@ -15,8 +15,9 @@ from place_rings.coverage.solids.cones import Cones, around
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.solids.segments import segment_to_segment
 from place_rings.coverage.solids.sensor_beams import MixedBeams
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.occlusion import unseeing
-from place_rings.objectives.scene import Obstacle, Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
 from ..strategies.solids import some_beams, some_capsules
@@ -107,7 +108,7 @@ def test_a_square_beam_with_a_box_before_it_is_named(zones, named):
 
 
 def test_a_one_zone_square_beam_sees_less_blinded_than_shadowed():
-    scene, setup = paper_scene(), named_setup("n2_16_25", effective(Use("vl53l1x")).sensor)
+    scene, setup = Scene.paper(), named_setup("n2_16_25", effective(Use("vl53l1x")).sensor)
     many = replace(
         setup, rings=tuple(replace(r, sensor=replace(r.sensor, zones=8)) for r in setup.rings)
     )

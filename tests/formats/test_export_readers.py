@@ -40,8 +40,9 @@ from place_rings.formats.firmware.wiring import plan_setup
 from place_rings.formats.printing.payload import ring_parts
 from place_rings.formats.printing.print_files import print_ring
 from place_rings.formats.robots.urdf import read_urdf as read_urdf_of
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import Scene
 from place_rings.reporting.export_formats import FORMATS
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore

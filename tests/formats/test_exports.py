@@ -39,7 +39,7 @@ from place_rings.formats.sensors.sensor_frames import looking_along, looking_alo
 from place_rings.formats.sensors.urdf_frames import FramePattern
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.reporting.export_formats import FORMATS
 from place_rings.rig.sensing.ray_fan import ray_to_capsule, ray_to_polyhedron
 
@@ -67,7 +67,7 @@ def drawn(seed: int, name: str) -> tuple[Scene, Setup]:
     setup = drawing.setup(rng)
     q = np.clip(drawing.pose(rng, len(robot.chain)), *robot.limits.T)
     poses = (Pose(robot.rest), Pose(q))
-    return paper_scene(robot=robot, poses=poses), setup
+    return Scene.paper(robot=robot, poses=poses), setup
 
 
 def written(folder, scene: Scene, setup: Setup, *to: str, **keys) -> None:
@@ -119,7 +119,7 @@ def test_mujocos_rangefinders_return_what_our_geometry_predicts(tmp_path, name):
     setup = Setup(rings)
     poses = [robot.rest, *(robot.rest + rng.uniform(-0.7, 0.7, (15, len(robot.chain))))]
     poses = np.clip(poses, *robot.limits.T)
-    scene = paper_scene(robot=robot, poses=tuple(Pose(q) for q in poses), obstacles=(TABLE, FLOOR))
+    scene = Scene.paper(robot=robot, poses=tuple(Pose(q) for q in poses), obstacles=(TABLE, FLOOR))
     written(tmp_path, scene, setup, "mjcf")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
     data, hits = mujoco.MjData(model), np.zeros(3, int)
@@ -264,7 +264,7 @@ def hostile() -> tuple[Scene, Setup]:
     mounts = tuple(replace(m, link=HOSTILE[i]) for i, m in enumerate(robot.mounts))
     robot = replace(robot, name=HOSTILE[0] + HOSTILE[4], chain=chain, bodies=bodies, mounts=mounts)
     rings = tuple(Ring(m.link, 0.4, 3, 0.3) for m in mounts)
-    return paper_scene(robot=robot, obstacles=(replace(BOX, name=HOSTILE[1]),) * 2), Setup(rings)
+    return Scene.paper(robot=robot, obstacles=(replace(BOX, name=HOSTILE[1]),) * 2), Setup(rings)
 
 
 def test_hostile_names_do_nothing(tmp_path):
@@ -391,7 +391,7 @@ def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
     with refused('robot.urdf link "tof_0_0"'):
         written(out, scene, setup, "urdf", urdf=read_urdf(out / "robot.urdf"))
     with refused('joint "shoulder_pan"'):
-        written(out, paper_scene(), named_setup("n1_3_0"), "urdf", urdf=urdf)
+        written(out, Scene.paper(), named_setup("n1_3_0"), "urdf", urdf=urdf)
 
 
 @given(drawing.seeds, st.sampled_from("xyz"))
@@ -399,7 +399,7 @@ def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
 def test_frames_of_any_names_in_any_order_are_rings(tmp_path_factory, seed, beam):
     """A URDF of somebody else's: other names, an order of its own, another axis along the beam."""
     rng, folder = np.random.default_rng(seed), tmp_path_factory.mktemp("any")
-    scene, setup = paper_scene(poses=(Pose(drawing.pose(rng)),)), named_setup("n2_5_25")
+    scene, setup = Scene.paper(poses=(Pose(drawing.pose(rng)),)), named_setup("n2_5_25")
     setup = Setup(tuple(replace(r, phase=float(rng.uniform(0, 6))) for r in setup.rings))
     root = ET.fromstring(chain_text(scene.robot.chain))
     found = sensor_frames(scene.robot, setup)
@@ -454,7 +454,7 @@ def lua_objects(folder) -> list[list[str]]:
 
 def test_the_script_for_coppeliasim_makes_these_sensors(tmp_path):
     square = Ring("tool", 0, 3, 0.1, sensor=Sensor(0.5, 1.2, None, 0.3))
-    scene, setup = paper_scene(), Setup((*named_setup("n1_4_25").rings[:2], square))
+    scene, setup = Scene.paper(), Setup((*named_setup("n1_4_25").rings[:2], square))
     written(tmp_path, scene, setup, "coppeliasim")
     made = lua_objects(tmp_path)
     frames, found = forward(scene.robot.chain, scene.poses[0].q), sensor_frames(scene.robot, setup)
@@ -486,7 +486,7 @@ def test_a_users_link_with_an_odd_name_is_no_default_of_the_macro_and_refused_fo
     text = chain_text(ROBOTS["ur10"].chain).replace('"link_1"', '"$(eval 1)"')
     (tmp_path / "odd.urdf").write_text(text)
     urdf = read_urdf(tmp_path / "odd.urdf")
-    placed = PlacedSetup(paper_scene(), named_setup("n1_3_0"), 0, tmp_path, urdf)
+    placed = PlacedSetup(Scene.paper(), named_setup("n1_3_0"), 0, tmp_path, urdf)
     macro = ET.fromstring(FORMATS["urdf"](placed)["sensors.xacro"])[0]
     given = "prefix:='' link_of_shoulder_lift link_of_elbow:=link_2 link_of_wrist_3:=link_5"
     assert macro.attrib["params"] == given

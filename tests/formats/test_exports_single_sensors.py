@@ -21,7 +21,7 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.formats.loader import resolve
 from place_rings.formats.sensors.sensor_frames import sensor_frames
-from place_rings.objectives.scene import Pose, paper_scene
+from place_rings.objectives.scene import Pose, Scene
 from scipy.spatial.transform import Rotation
 
 from ..strategies.singles import CELL_SENSORS, mixed, mixed_setups, singles
@@ -40,7 +40,7 @@ seeds = st.integers(0, 2**16)
 def drawn(seed, cell=()):
     robot, rng = ROBOTS["ur10"], np.random.default_rng(seed)
     poses = (Pose(robot.rest), Pose(drawing.pose(rng, len(robot.chain))))
-    return paper_scene(robot=robot, poses=poses, cell_sensors=cell)
+    return Scene.paper(robot=robot, poses=poses, cell_sensors=cell)
 
 
 def own_frame(one: MountedSensor) -> np.ndarray:

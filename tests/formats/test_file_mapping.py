@@ -33,7 +33,7 @@ from place_rings.objectives.motion_limits import Motion
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.poses import Pose, Recorded
 from place_rings.objectives.prices import Prices
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 
 
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:
@@ -267,7 +267,7 @@ def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
 def test_a_setup_is_what_its_proposal_says(tmp_path_factory, rings, singles, sensor):
     setup, sensor = Setup(tuple(made(rings)), tuple(made(singles))), made(sensor)
     path = tmp_path_factory.mktemp("files") / "proposal.toml"
-    file = ProposalFile.of(setup, paper_scene(sensor=sensor))
+    file = ProposalFile.of(setup, Scene.paper(sensor=sensor))
     path.write_text(to_toml(file))
     again, scene, read = read_proposal(path)
     assert (again, scene.sensor, read) == (setup, sensor, file)

@@ -26,7 +26,7 @@ from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, RobotFi
 from place_rings.formats.writing import _drop_none, to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import REFERENCE_POSE_DEG, Scene, paper_scene
+from place_rings.objectives.scene import REFERENCE_POSE_DEG, Scene
 from place_rings.objectives.verified import PoseZeta, Verified
 
 from ..support.refusals import refused
@@ -63,11 +63,11 @@ def test_each_file_that_a_user_keeps_has_a_version(name):
 
 
 def test_what_is_written_states_its_version_once_and_first():
-    proposal = ProposalFile.of(named_setup("n2_16_25"), paper_scene())
+    proposal = ProposalFile.of(named_setup("n2_16_25"), Scene.paper())
     for held, file in (
         (proposal, None),
-        (SceneFile.from_domain(paper_scene()), None),
-        (paper_scene().robot, RobotFile),
+        (SceneFile.from_domain(Scene.paper()), None),
+        (Scene.paper().robot, RobotFile),
     ):
         text = to_toml(held, "two\nlines", file).removeprefix("# two\n# lines\n")
         assert text.startswith(f"version = {FILE_VERSION}\n")
@@ -164,7 +164,7 @@ def test_an_older_file_is_upgraded_before_defaults_apply(tmp_path, monkeypatch):
 
     found = Holder.model_validate(within, context=FROM_FILE)
     assert found.proposal.scene.rules.mount == "free"
-    assert ProposalFile.of(named_setup("n2_16_25"), paper_scene()).scene.rules.mount == "free"
+    assert ProposalFile.of(named_setup("n2_16_25"), Scene.paper()).scene.rules.mount == "free"
 
 
 def test_a_file_keeps_the_angles_of_a_less_precise_catalogue(tmp_path):

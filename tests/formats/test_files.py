@@ -24,7 +24,7 @@ from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import layout_in
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.studies.engine.scenes import keys_of, scene_from
 
 from ..support import drawing
@@ -137,7 +137,7 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("tilt", [89.99996, -89.99996])
 def test_a_tilt_just_short_of_90_degrees_stays_so(tilt):
-    sensor = paper_scene().sensor
+    sensor = Scene.paper().sensor
     once = rounded(Setup((Ring("tool", 0.0, 8, math.radians(tilt), math.radians(400)),)), sensor)
     assert math.degrees(once.rings[0].tilt) == pytest.approx(math.copysign(89.9999, tilt), abs=1e-9)
     assert once == rounded(once, sensor)
@@ -166,7 +166,7 @@ def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
 def test_names_and_files_resolve(tmp_path):
     setup, scene = resolve("n2_16_25", None)
     assert setup == layout_in(Scene(), "n2_16_25")
-    assert resolve("n2_16_25", paper_scene())[0] == named_setup("n2_16_25")
+    assert resolve("n2_16_25", Scene.paper())[0] == named_setup("n2_16_25")
     assert SceneModel.from_domain(scene) == SceneModel()
     path = tmp_path / "mine.toml"
     path.write_text(RING)
@@ -181,7 +181,7 @@ def test_names_and_files_resolve(tmp_path):
 
 @given(drawing.seeds)
 def test_rounded_rings_are_those_that_a_file_gives_back(seed):
-    scene, rng = paper_scene(), np.random.default_rng(seed)
+    scene, rng = Scene.paper(), np.random.default_rng(seed)
     sensors = (
         scene.sensor,
         Sensor(0.4321, 1.2345),

@@ -16,7 +16,7 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.sensors.catalogue import MODELS
 from place_rings.formats.firmware.sketch import config
 from place_rings.formats.firmware.wiring import plan_ring, plan_setup
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.wiring_drawing import wiring_figure
 from place_rings.rig.rings.protocol import Status
@@ -344,7 +344,7 @@ def test_the_page_has_the_tables_of_the_code():
 
 def test_the_bill_of_materials_lists_boards_and_multiplexers():
     def bill(setup):
-        return "\n".join(materials(paper_scene(), setup))
+        return "\n".join(materials(Scene.paper(), setup))
 
     # too narrow for their boards, so that no solid is built for the bill
     text = bill(Setup((ring(16, radius=0.04), ring(24, radius=0.04), ring(4, radius=0.04))))

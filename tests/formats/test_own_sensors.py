@@ -18,7 +18,7 @@ from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.model_reader import read_sensor
 from place_rings.formats.schema.versions import SensorFile
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.reporting.setup_report.bill_of_materials import materials
 from pydantic import ValidationError
 
@@ -167,7 +167,7 @@ def test_a_ring_and_a_mount_name_a_file(mine, tmp_path):
 
 def test_the_bill_of_an_own_sensor(mine):
     setup = Setup((Ring("forearm", 0.5, 5, sensor=pr.load(mine)),))
-    said = "\n".join(materials(paper_scene(), setup))
+    said = "\n".join(materials(Scene.paper(), setup))
     assert "| 5 | mine |" in said
     assert "1.50 W" in said
     assert f"{5 * 32 * 20:,} distances" in said

@@ -42,7 +42,7 @@ from place_rings.objectives.feasibility.violations import mount_faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
 from place_rings.placement.space.starts import fresh
@@ -77,7 +77,7 @@ def drawn_ring(rng: np.random.Generator, robot: str, sensor: Sensor = L4CD) -> t
 
 
 def test_the_plain_clamp_has_the_volume_of_its_formula():
-    plan = plan_ring(paper_scene(), Ring("forearm", 0.5, 4, 0.3, 0.0, 0.08, L4CD))
+    plan = plan_ring(Scene.paper(), Ring("forearm", 0.5, 4, 0.3, 0.0, 0.08, L4CD))
     area = FACETS / 2 * math.sin(2 * math.pi / FACETS) * (plan.collar**2 - plan.bore**2)
     assert collar(plan).volume() == pytest.approx(area * (plan.lug[1] - plan.low), rel=1e-6)
 
@@ -222,7 +222,7 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
     millimetre above it.
     """
     ring = Ring("forearm", 0.5, 6, math.radians(tilt_deg), 0.0, 0.12, sensor_of(model))
-    plan = plan_ring(paper_scene(), ring)
+    plan = plan_ring(Scene.paper(), ring)
     radius = 0.4 * 1000 * plan.pocket.board.hole
     for x, y in plan.pocket.board.holes:
         deep = thread(plan, 1000 * (y - plan.pocket.board.lens[1]))
@@ -235,7 +235,7 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
 
 
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():
-    scene, ring = paper_scene(), Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, sensor_of("vl53l5cx"))
+    scene, ring = Scene.paper(), Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, sensor_of("vl53l5cx"))
     with refused("20", error=UnbuildableError) as full:
         plan_ring(scene, replace(ring, count=20))
     most = max(n for n in range(1, 20) if has_parts(str(full.value), f"most {n}"))
@@ -269,12 +269,12 @@ def test_plugs_of_a_board_narrower_than_they_are_stay_in_the_envelope(plugs):
 )
 def test_what_cannot_be_printed_is_refused(ring):
     with refused("ring 0 (forearm)"):
-        ring_files(Setup((ring,)), paper_scene(), ring_pictures)
+        ring_files(Setup((ring,)), Scene.paper(), ring_pictures)
 
 
 def test_a_check_can_fail():
     wide = replace(L4CD, fov=math.radians(172))
-    scene, ring = paper_scene(), Ring("forearm", 0.5, 2, 1.2, 0.0, 0.07, wide)
+    scene, ring = Scene.paper(), Ring("forearm", 0.5, 2, 1.2, 0.0, 0.07, wide)
     with refused("beams", error=UnbuildableError):
         print_ring(scene, 0, ring)
     with refused("overhang", error=UnbuildableError):
@@ -293,7 +293,7 @@ def test_files_and_pictures_of_a_proposal():
     ur10 = ROBOTS["ur10"]
     mounts = (replace(m, link=r"$\frac$") if m.link == "tool" else m for m in ur10.mounts)
     ring = Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD)
-    scene = paper_scene(robot=replace(ur10, mounts=tuple(mounts)))
+    scene = Scene.paper(robot=replace(ur10, mounts=tuple(mounts)))
     result, data = ring_files(Setup((ring,)), scene, ring_pictures)
     files = ["ring0___frac__a.stl", "ring0___frac__b.stl", "ring0___frac_.png"]
     assert data.keys() == {*files, "mounted.png", "plate0.3mf", "printing.json"}
@@ -340,14 +340,14 @@ def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
 
 def test_boards_and_printing_in_a_scenes_file(tmp_path):
     own = Board(0.02, 0.03, 0.001, (0.002, -0.001), 0.002, ((0.008, 0.012),), 0.002, source="mine")
-    scene = paper_scene(
+    scene = Scene.paper(
         sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt="M4", nut="through")
     )
     path = tmp_path / "scene.toml"
     path.write_text(to_toml(SceneModel.from_domain(scene)))
     again = read_scene(path)
     assert (again.sensor, again.printing) == (scene.sensor, scene.printing)
-    named = SceneModel.from_domain(paper_scene(sensor=L4CD)).to_domain()
+    named = SceneModel.from_domain(Scene.paper(sensor=L4CD)).to_domain()
     assert named.sensor.board == VL53L4CD == MODELS["vl53l4cd"].board
     holes = "width = 0.02\nheight = 0.02\nholes = [[0.01, 0]]"
     for text, parts in (

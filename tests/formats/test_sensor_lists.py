@@ -21,7 +21,7 @@ from place_rings.formats.sensors.sensor_lists import (
     sensor_list,
 )
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.reporting.terminal import say_lines
 
 from ..support import drawing
@@ -43,7 +43,7 @@ def test_what_cones_lists_is_read_back(seed, robot, poses):
     that has the same one.
     """
     rng = np.random.default_rng(seed)
-    scene = paper_scene(
+    scene = Scene.paper(
         robot=ROBOTS[robot], poses=tuple(Pose(drawing.pose(rng)) for _ in range(poses))
     )
     setup = drawing.setup(rng)
@@ -71,7 +71,7 @@ def test_what_cones_lists_is_read_back(seed, robot, poses):
 
 
 def test_a_setup_of_the_paper_comes_back_to_a_billionth():
-    setup, scene = named_setup("n3_16_55"), paper_scene()
+    setup, scene = named_setup("n3_16_55"), Scene.paper()
     again = mounted_setup("list", listed(setup, scene), scene)
     for before, after in zip(setup.rings, again.rings, strict=True):
         assert (after.link, after.count, after.radius) == (before.link, before.count, 0.08)
@@ -82,8 +82,8 @@ def test_a_setup_of_the_paper_comes_back_to_a_billionth():
 
 
 def test_a_phase_just_short_of_a_turn_is_no_turn():
-    text = listed(Setup((Ring("forearm", 0.4, 12, 0.3, -2e-8),)), paper_scene())
-    (ring,) = mounted_setup("list", text, paper_scene()).rings
+    text = listed(Setup((Ring("forearm", 0.4, 12, 0.3, -2e-8),)), Scene.paper())
+    (ring,) = mounted_setup("list", text, Scene.paper()).rings
     assert ring.phase == pytest.approx(-2e-8, abs=2e-8)
 
 
@@ -92,7 +92,7 @@ def test_a_measured_setup_comes_back_about_as_well_as_it_was_measured(seed):
     """Errors up to 0.5 mm of apexes and 0.3 degrees of axes stay within the tolerance and average
     out.
     """
-    rng, scene = np.random.default_rng(seed), paper_scene()
+    rng, scene = np.random.default_rng(seed), Scene.paper()
     before = Ring("forearm", 0.4, 12, math.radians(-30), 0.1)
     rows = [line.split(",") for line in listed(Setup((before,)), scene).splitlines()]
     for row in rows[1:]:
@@ -110,11 +110,11 @@ def test_a_measured_setup_comes_back_about_as_well_as_it_was_measured(seed):
 
 def test_a_list_serves_as_a_proposal(tmp_path):
     (tmp_path / "mounted.csv").write_text(
-        "\ufeff" + listed(named_setup("n2_16_25"), paper_scene()), encoding="utf-8"
+        "\ufeff" + listed(named_setup("n2_16_25"), Scene.paper()), encoding="utf-8"
     )
-    setup, scene = resolve(str(tmp_path / "mounted.csv"), paper_scene())
+    setup, scene = resolve(str(tmp_path / "mounted.csv"), Scene.paper())
     assert [r.count for r in setup.rings] == [16] * 5
-    assert scene == paper_scene(poses=scene.poses)
+    assert scene == Scene.paper(poses=scene.poses)
 
 
 @given(drawing.seeds)
@@ -123,7 +123,7 @@ def test_square_beams_are_read_back(seed):
     same beam.
     """
     rng, q = np.random.default_rng(seed), np.radians([10.0, -70, 60, -105, -90, 5])
-    scene = paper_scene(poses=(Pose(q),))
+    scene = Scene.paper(poses=(Pose(q),))
     rings = [replace(ring, count=ring.count + 1) for ring in drawing.setup(rng).rings]
     rings[0] = replace(rings[0], sensor=Sensor(0.5, 1.2, None, float(rng.uniform(0.1, 1.0))))
     text = listed(Setup(tuple(rings)), scene)
@@ -151,7 +151,7 @@ def test_square_beams_are_read_back(seed):
 
 def edited(change) -> str:
     """The list of n2_3_25 with its fields changed, header and rows, by ``change``."""
-    rows = [line.split(",") for line in listed(named_setup("n2_3_25"), paper_scene()).splitlines()]
+    rows = [line.split(",") for line in listed(named_setup("n2_3_25"), Scene.paper()).splitlines()]
     change(rows)
     return "\n".join(",".join(row) for row in rows)
 
@@ -195,7 +195,7 @@ def test_a_malformed_list_is_one_line_and_exit_code_2(run, change, parts, tmp_pa
 
 def test_a_list_of_another_pose_is_of_single_sensors():
     other = Pose(np.radians([0.0, -80, 60, -105, -90, 0]))
-    text = listed(named_setup("n2_16_25"), paper_scene(poses=(other,)))
-    found = mounted_setup("list", text, paper_scene())
+    text = listed(named_setup("n2_16_25"), Scene.paper(poses=(other,)))
+    found = mounted_setup("list", text, Scene.paper())
     assert found.sensors == 80
     assert len(found.singles) > 30

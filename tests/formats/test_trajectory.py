@@ -18,7 +18,7 @@ from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.recorded_motion import read_record, with_record
 from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.pose_subset import representative
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 
 from ..support import drawing
@@ -237,9 +237,9 @@ def test_an_angle_cut_at_half_a_turn_is_one_line_and_the_same_made_whole_is_read
     cut[:, 5] = (whole + math.pi) % (2 * math.pi) - math.pi
     write(tmp_path / "cut.csv", MotionRecord(t, cut), HEADER.split(","))
     with refused("cut.csv wrist_3 0.008 s"):
-        with_record(paper_scene(), tmp_path / "cut.csv")
+        with_record(Scene.paper(), tmp_path / "cut.csv")
     write(tmp_path / "whole.csv", MotionRecord(t, q), HEADER.split(","))
-    scene = with_record(paper_scene(), tmp_path / "whole.csv")
+    scene = with_record(Scene.paper(), tmp_path / "whole.csv")
     assert len(SceneModel.from_domain(scene).poses) == len(scene.poses) > 1
 
 

@@ -16,7 +16,7 @@ from place_rings.formats.export.sensor_tables import json as poses
 from place_rings.formats.export.urdf import urdf
 from place_rings.formats.loader import resolve
 from place_rings.formats.sensors.sensor_poses import setup_of_poses
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 
 from ..support.refusals import has_parts
 
@@ -26,7 +26,7 @@ SETUP = named_setup("n1_4_25")
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     """The texts of both files of ``SETUP``."""
-    placed = PlacedSetup(paper_scene(), SETUP, 0, tmp_path_factory.mktemp("exported"))
+    placed = PlacedSetup(Scene.paper(), SETUP, 0, tmp_path_factory.mktemp("exported"))
     return {
         "mounted.json": poses(placed)["sensors.json"].decode(),
         "mounted.urdf": urdf(placed)["robot.urdf"].decode(),
@@ -169,11 +169,11 @@ def test_a_sensor_of_the_catalogue_is_kept_in_json_and_taken_of_the_scene_for_a_
     assert (code, out) == (0, "plain/sensors.json\n")
     text = (tmp_path / "plain" / "sensors.json").read_text()
     found = changed("rings", 0, "sensor", {"model": "vl53l1x"})(text)
-    rings = setup_of_poses("list", found, paper_scene()).rings
+    rings = setup_of_poses("list", found, Scene.paper()).rings
     assert rings[0].sensor.use.model == "vl53l1x"
-    assert rings[1].sensor == paper_scene().sensor
-    wide = replace(paper_scene().sensor, fov=0.7)
-    again = resolve(str(tmp_path / "mounted.urdf"), paper_scene(sensor=wide))[0]
+    assert rings[1].sensor == Scene.paper().sensor
+    wide = replace(Scene.paper().sensor, fov=0.7)
+    again = resolve(str(tmp_path / "mounted.urdf"), Scene.paper(sensor=wide))[0]
     assert {r.sensor for r in again.rings} == {wide}
 
 
@@ -189,8 +189,8 @@ def test_json_by_hand_may_leave_the_base_out():
         for k, a in enumerate(turn)
     ]
     text = json.dumps({"beam": "x", "rings": [{"frame": "elbow", "sensors": sensors}]})
-    (ring,) = setup_of_poses("list", text, paper_scene()).rings
-    assert (ring.link, ring.count, ring.sensor) == ("forearm", 8, paper_scene().sensor)
+    (ring,) = setup_of_poses("list", text, Scene.paper()).rings
+    assert (ring.link, ring.count, ring.sensor) == ("forearm", 8, Scene.paper().sensor)
     phase = math.remainder(ring.phase, 2 * math.pi)
     assert (ring.position * 0.5723, ring.radius, ring.tilt, phase) == pytest.approx(
         (0.3, 0.1, 0, 0), abs=1e-9

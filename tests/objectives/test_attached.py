@@ -22,9 +22,10 @@ from place_rings.coverage.solids.polyhedra import box, placed
 from place_rings.coverage.targets.named import ProtectiveVolume, ReachSphere, Shell
 from place_rings.objectives.blind_spots import blind_spots
 from place_rings.objectives.feasibility.clearance import MountClearance
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.occlusion import occluders, setup_sight, unseeing
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.poses.clear import clear, gaps
 from place_rings.rig.sensing.expected import expected

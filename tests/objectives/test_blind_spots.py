@@ -24,7 +24,7 @@ from place_rings.coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from place_rings.objectives.blind_spots import blind_spots, front, uncovered
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
 VOXEL, NEAR = 0.04, Shell(0.5)
@@ -74,7 +74,7 @@ def verifier():
     """Two poses, the second of which differs in the wrist alone, past the robot's own body."""
     turned = UR10.rest + 0.4 * np.eye(6)[3]
     poses = (Pose(UR10.rest), Pose(turned))
-    return Verifier(replace(paper_scene(), poses=poses, occlusion="shadow"), VOXEL, "centre")
+    return Verifier(replace(Scene.paper(), poses=poses, occlusion="shadow"), VOXEL, "centre")
 
 
 @pytest.mark.parametrize("target", [NEAR, ReachSphere()], ids=str)
@@ -159,7 +159,7 @@ def test_a_spot_of_two_poses_is_listed_once(verifier):
 
 def test_a_sheet_between_the_centres_of_voxels_has_the_blind_spots_that_are_counted():
     sheet = Box((1.0, 1.0, 0.8 * VOXEL), (1.2, 0.5, 15 * VOXEL), name="sheet")
-    verifier, setup = Verifier(paper_scene(), VOXEL), named_setup("n1_8_0")
+    verifier, setup = Verifier(Scene.paper(), VOXEL), named_setup("n1_8_0")
     counted = verifier.verify(setup, sheet)
     left = counted.target_voxels - counted.covered_voxels
     assert left > 100

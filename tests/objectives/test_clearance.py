@@ -41,9 +41,10 @@ from place_rings.objectives.feasibility.violations import faults, otherwise_tilt
 from place_rings.objectives.link_segments import GRAIN, TILTS, segments
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError
@@ -314,14 +315,14 @@ def test_every_robot_has_room_for_real_rings_at_its_own_pose(name):
 
 
 def test_real_is_what_goes_with_occlusion_unless_something_is_said():
-    assert not paper_scene().real
+    assert not Scene.paper().real
     assert Scene(occlusion="shadow").real
     assert Scene(occlusion="blind").real
     assert Scene(rules=Rules(mount="real"), occlusion="ignore").real
     assert not Scene(occlusion="shadow", rules=Rules(mount="free")).real
     free = Scene(occlusion="shadow", rules=Rules(mount="free"))
-    assert segments(free) == segments(paper_scene())
-    assert Space(free, sensors=40).radii == Space(paper_scene(), sensors=40).radii
+    assert segments(free) == segments(Scene.paper())
+    assert Space(free, sensors=40).radii == Space(Scene.paper(), sensors=40).radii
 
 
 def test_a_real_ring_goes_around_the_tube_itself():
@@ -331,7 +332,7 @@ def test_a_real_ring_goes_around_the_tube_itself():
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.08, "forearm": 0.08, "tool": 0.08}
     start, joint = (
         scene.robot.mount("upper_arm").start,
-        paper_scene().robot.mount("upper_arm").start,
+        Scene.paper().robot.mount("upper_arm").start,
     )
     assert np.linalg.norm((start - joint)[:2]) == pytest.approx(0.0457, abs=1e-3)
 
@@ -359,7 +360,7 @@ def test_the_papers_rings_are_named_where_they_cannot_be_mounted():
     texts = [f.text for f in found if f.rule == "mount"]
     assert any("0.000" in t for t in texts)
     assert any("upper_arm_0" in t for t in texts)
-    assert faults(paper_scene(rules=Rules(mount="free")), named_setup("n2_16_25").rings) == []
+    assert faults(Scene.paper(rules=Rules(mount="free")), named_setup("n2_16_25").rings) == []
 
 
 def test_rings_of_two_links_that_meet_are_named():
@@ -432,21 +433,21 @@ def test_wrong_keys_are_one_line(tmp_path, text, says):
 def test_a_real_mount_is_read_back_from_its_file():
     rules = Rules(mount="real", standoff=0.02, clearance=0.003, spacing=0.01)
     for scene in (
-        paper_scene(rules=rules),
-        paper_scene(rules=rules, ring_radius=0.12),
-        paper_scene(),
+        Scene.paper(rules=rules),
+        Scene.paper(rules=rules, ring_radius=0.12),
+        Scene.paper(),
     ):
         again = SceneModel.from_domain(scene).to_domain()
         assert (again.rules, again.ring_radius) == (
             scene.rules,
             scene.ring_radius,
         )
-    assert forward(UR10.chain, paper_scene().poses[0].q).ndim == 3
+    assert forward(UR10.chain, Scene.paper().poses[0].q).ndim == 3
 
 
 @pytest.mark.parametrize("position", [0.0, 0.5, 1.0])
 def test_a_position_on_a_mount_without_length_hides_nothing(position):
-    at = forward(UR10.chain, paper_scene().poses[0].q)[-1, :3, 3]
+    at = forward(UR10.chain, Scene.paper().poses[0].q)[-1, :3, 3]
     wall = Obstacle("wall", box(at, (0.01, 0.5, 0.01)))
     clear, ring = (
         MountClearance(Scene(occlusion="shadow", obstacles=(wall,))),
@@ -527,7 +528,7 @@ def test_within_the_bore_only_the_own_tube_is_exempt(name, gap, along, turn):
 def test_fixed_rings_with_another_tilt_than_the_shared_one_are_named(tilts, shared):
     fixed = tuple(Ring("forearm", 0.1 + 0.2 * i, 3, tilt) for i, tilt in enumerate(tilts))
     own = Ring("upper_arm", 0.5, 3, shared)
-    scene = replace(paper_scene(), rules=Rules(mount="free", shared_tilt=True, fixed=fixed))
+    scene = replace(Scene.paper(), rules=Rules(mount="free", shared_tilt=True, fixed=fixed))
     named = otherwise_tilted(scene, (own, *fixed))
     assert named == [1 + i for i, tilt in enumerate(tilts) if abs(tilt) != shared]
     line = shared_tilt_line(scene, Setup((own, *fixed)))

@@ -15,8 +15,9 @@ from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.targets.own import Box, Sphere
 from place_rings.coverage.targets.target import Target
 from place_rings.coverage.weight_field import WeightField
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 
 VOXEL = 0.04
@@ -41,7 +42,7 @@ def some_cell(kind, rng) -> tuple[Scene, Setup, Target]:
     pose = Pose(
         np.radians(rng.uniform([-180, -120, 20, -150, -120, 0], [180, -40, 110, -60, -60, 1]))
     )
-    scene = paper_scene(poses=(pose,), occlusion=str(rng.choice(["ignore", "shadow", "blind"])))
+    scene = Scene.paper(poses=(pose,), occlusion=str(rng.choice(["ignore", "shadow", "blind"])))
     target = Shell(float(rng.choice([0.3, 0.5])))
     table = slab("table", (-1, -1, -0.5), (1, 1, at_half_voxels(rng, -0.1, 0.1)))
     if kind == "table":
@@ -59,7 +60,7 @@ def some_cell(kind, rng) -> tuple[Scene, Setup, Target]:
         sensor = Sensor(math.radians(45), 1.0, None, flat, 8)
         where, links = float(rng.uniform(0.2, 0.8)), ("upper_arm", "forearm")
         setup = Setup(tuple(Ring(link, where, 8, sensor=sensor) for link in links))
-        scene = paper_scene(sensor=sensor, poses=(UPRIGHT,))
+        scene = Scene.paper(sensor=sensor, poses=(UPRIGHT,))
     elif kind == "ball":
         target = Sphere(
             rng.uniform(0.05, 0.2), tuple(at_half_voxels(rng, -0.5, 0.5, 3) + np.array([0, 0, 0.6]))

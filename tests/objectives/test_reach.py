@@ -19,10 +19,11 @@ from place_rings.coverage.targets.own import Sphere
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.reach import beyond, beyond_sensors
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import Scene
 
 from ..strategies.units import GENERATORS
 

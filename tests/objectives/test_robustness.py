@@ -37,7 +37,7 @@ from place_rings.objectives.options import RobustnessOptions
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.robustness import robustness
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.schedule import Round
@@ -57,7 +57,7 @@ def verifier():
         Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0),
         Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0),
     )
-    return Verifier(paper_scene(poses=poses, targets=(NEAR,)), 0.05)
+    return Verifier(Scene.paper(poses=poses, targets=(NEAR,)), 0.05)
 
 
 SETUPS = setups(most_sensors=4)
@@ -148,7 +148,7 @@ def test_errors_are_common_seeded_and_within_their_limits(seed, law):
 def test_shares_of_what_is_seen_whole_are_no_more_than_one():
     """Weights that sum to one but for rounding."""
     goals = tuple(Shell(r, weight=w) for r, w in ((0.2, 0.1), (0.25, 0.2), (0.3, 2.2)))
-    scene = paper_scene(targets=goals, sensor=Sensor(math.radians(175), 1.5))
+    scene = Scene.paper(targets=goals, sensor=Sensor(math.radians(175), 1.5))
     verifier, setup = Verifier(scene, 0.05), named_setup("n3_24_55", scene.sensor)
     assert math.fsum(float(w) for w in scene.goal_weights) > 1
     assert verifier.judge(setup) == (0.0, 1.0)

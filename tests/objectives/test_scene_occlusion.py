@@ -23,9 +23,10 @@ from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import layout_in
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.occlusion import BodilessError, occluders, own_link_fault, unseeing
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import Obstacle, Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_breakdown import by_occlusion
@@ -36,8 +37,8 @@ TABLE = Obstacle("table", centre=(0.6, 0.0, 0.2), size=(0.8, 1.2, 0.05))
 
 
 def test_obstacles_are_no_target_and_shadow_under_every_model():
-    setup, bare = named_setup("n1_8_0"), Verifier(paper_scene(), 0.04)
-    cell = Verifier(paper_scene(obstacles=(TABLE,)), 0.04)
+    setup, bare = named_setup("n1_8_0"), Verifier(Scene.paper(), 0.04)
+    cell = Verifier(Scene.paper(obstacles=(TABLE,)), 0.04)
     before, after = bare.verify(setup, NEAR), cell.verify(setup, NEAR)
     assert after.target_voxels < before.target_voxels
     assert after.covered_voxels < before.covered_voxels
@@ -47,11 +48,11 @@ def test_obstacles_are_no_target_and_shadow_under_every_model():
         m: Verifier(replace(cell.scene, occlusion=m), 0.04).verify(setup, NEAR).zeta for m in each
     }
     assert under == each
-    assert by_occlusion(Verifier(paper_scene(), 0.04, "certified"), setup, before) == {}
+    assert by_occlusion(Verifier(Scene.paper(), 0.04, "certified"), setup, before) == {}
 
 
 def test_certified_holds_the_count_under_every_model():
-    scene = paper_scene(obstacles=(TABLE, Obstacle("floor", floor=-0.3)))
+    scene = Scene.paper(obstacles=(TABLE, Obstacle("floor", floor=-0.3)))
     for occlusion in ("shadow", "blind"):
         one = replace(scene, occlusion=occlusion)
         found = Verifier(one, None, "certified", 0.04).verify(named_setup("n1_8_0"), NEAR)
@@ -76,7 +77,7 @@ def test_sensors_in_housings_and_in_their_own_tube_are_named():
     assert own_link_fault(scene, setup) is None
     found = unseeing(scene, setup)
     assert {u.within for u in found} >= {"shoulder", "elbow"}
-    assert unseeing(paper_scene(), setup) == found
+    assert unseeing(Scene.paper(), setup) == found
     assert unseeing(scene, Setup((Ring("upper_arm", 0.5, 4),))) == []
     thin = Setup((Ring("upper_arm", 0.5, 4), Ring("forearm", 0.4, 6, radius=0.04)))
     fault = own_link_fault(scene, thin)
@@ -132,7 +133,7 @@ def test_a_robot_without_bodies_occludes_nothing_and_says_so(run, tmp_path):
     assert (scene.occlusion, scene.real) == ("ignore", False)
     verifier, setup = Verifier(scene, 0.1), named_setup("n1_8_0")
     assert by_occlusion(verifier, setup, verifier.verify(setup, NEAR)) == {}
-    counted, paper = (v.verify(setup, NEAR) for v in (verifier, Verifier(paper_scene(), 0.1)))
+    counted, paper = (v.verify(setup, NEAR) for v in (verifier, Verifier(Scene.paper(), 0.1)))
     assert counted.covered_voxels == paper.covered_voxels
     with pytest.raises(BodilessError, match=r"robot ur10 .*blind"):
         occluders(scene, UR10.rest, "blind")
@@ -154,7 +155,7 @@ def test_the_papers_world_is_one_option(run, tmp_path):
     """``--paper`` puts the named rings where the paper has them, but moves none of a proposal."""
     words = ("--target", "V_S:0.5", "--voxel", 0.1, "--json")
     code, out, _ = run("verify", "n2_16_25", "--paper", *words)
-    counted = Verifier(paper_scene(), 0.1).verify(named_setup("n2_16_25"), Shell(0.5))
+    counted = Verifier(Scene.paper(), 0.1).verify(named_setup("n2_16_25"), Shell(0.5))
     assert (code, json.loads(out)["covered_voxels"]) == (0, counted.covered_voxels)
     mine = layout_in(Scene(), "n2_16_25")
     (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, Scene())))
@@ -166,9 +167,9 @@ def test_the_papers_world_is_one_option(run, tmp_path):
         assert (code, out, err.count("\n")) == (2, "", 1)
         assert all(part in err for part in ("--paper: ", says))
     assert run("cones", "mine.toml", "--paper")[0] == 2
-    (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, paper_scene())))
+    (tmp_path / "mine.toml").write_text(to_toml(ProposalFile.of(mine, Scene.paper())))
     code, out, _ = run("verify", "mine.toml", "--paper", *words)
-    again = Verifier(paper_scene(), 0.1).verify(mine, Shell(0.5))
+    again = Verifier(Scene.paper(), 0.1).verify(mine, Shell(0.5))
     assert (code, json.loads(out)["covered_voxels"]) == (0, again.covered_voxels)
 
 

@@ -23,9 +23,10 @@ from place_rings.coverage.targets.named import Shell
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.loader import read_scene
 from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.redundancy import redundancy
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.target_voxels import target_voxels

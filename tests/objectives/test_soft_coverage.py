@@ -21,9 +21,10 @@ from place_rings.objectives import soft_coverage
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.floors import TEMPERATURE, floors, worth
 from place_rings.objectives.mount_rules import Rules
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.soft_terms import Sample
 

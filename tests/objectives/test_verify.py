@@ -10,7 +10,7 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets.named import ReachAndToolSpheres, ReachSphere, Shell, ToolSphere
 from place_rings.objectives import verify_targets as module
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.target_voxels import TooFineError
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_targets import verify_targets
@@ -21,12 +21,12 @@ from ..support import drawing
 
 def test_too_fine_a_voxel_is_refused_before_it_is_tried():
     with pytest.raises(TooFineError):
-        Verifier(paper_scene(), 1e-5).verify(named_setup("n1_8_0"), Shell(0.5))
+        Verifier(Scene.paper(), 1e-5).verify(named_setup("n1_8_0"), Shell(0.5))
 
 
 def test_mean_over_poses_is_weighted():
     poses = Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0), Pose(np.full(6, -0.9), 1.0)
-    scene, setup = paper_scene(poses=poses), named_setup("n2_16_25")
+    scene, setup = Scene.paper(poses=poses), named_setup("n2_16_25")
     verified = Verifier(scene, 0.1).verify(setup, ReachSphere())
     assert [p.weight for p in verified.poses] == pytest.approx([2 / 3, 1 / 3])
     mean = 2 / 3 * verified.poses[0].zeta + 1 / 3 * verified.poses[1].zeta
@@ -50,7 +50,7 @@ TARGETS = (Shell(0.5), ReachSphere(), ToolSphere(), ReachAndToolSpheres(), Shell
 def test_targets_together_are_targets_one_by_one(angles, setup, occlusion, memory):
     """Whatever fits into memory: all targets, one at a time, or parts of one."""
     weighted = tuple(Pose(q, weight) for q, weight in zip(angles, (1.0, 2.0), strict=True))
-    scene, voxel = replace(paper_scene(), poses=weighted, occlusion=occlusion), 0.15
+    scene, voxel = replace(Scene.paper(), poses=weighted, occlusion=occlusion), 0.15
     alone = [Verifier(scene, voxel).verify(setup, target) for target in TARGETS]
     together = verify_targets(Verifier(scene, voxel, memory=memory), setup, TARGETS)
     assert [replace(v, seconds=0.0) for v in together] == [replace(v, seconds=0.0) for v in alone]
@@ -62,11 +62,11 @@ def test_a_descent_counts_at_most_so_many_targets(monkeypatch, most, descents):
     monkeypatch.setattr(module, "MOST_SETS", most)
     monkeypatch.setattr(module, "count_each", lambda *a: calls.append(1) or real(*a))
     setup = drawing.setup(np.random.default_rng(0))
-    verify_targets(Verifier(paper_scene(), 0.1), setup, TARGETS)
+    verify_targets(Verifier(Scene.paper(), 0.1), setup, TARGETS)
     assert len(calls) == descents
 
 
 def test_an_empty_target_among_others_is_refused():
     setup = drawing.setup(np.random.default_rng(0))
     with pytest.raises(ValueError, match=r"V_S\(0.1501\)"):
-        verify_targets(Verifier(paper_scene(), 1.0), setup, (ReachSphere(), Shell(0.1501)))
+        verify_targets(Verifier(Scene.paper(), 1.0), setup, (ReachSphere(), Shell(0.1501)))

@@ -23,7 +23,7 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.exchange import Exchange
 from place_rings.placement.search.exchange_criteria import criterion_by_counts
@@ -44,8 +44,8 @@ from place_rings.placement.stop_token import StopToken
 from ..strategies.units import GENERATORS
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
-PLAIN = paper_scene(poses=(Pose(Q),), targets=(Shell(1.0),))
-TWO = paper_scene(
+PLAIN = Scene.paper(poses=(Pose(Q),), targets=(Shell(1.0),))
+TWO = Scene.paper(
     poses=(Pose(Q, 1.0), Pose(np.radians([10.0, -80.0, 60.0, -70.0, -90.0, 0.0]), 3.0)),
     targets=(Shell(0.5, weight=0.7), ReachAndToolSpheres(weight=0.3)),
 )
@@ -315,7 +315,7 @@ def test_a_guess_without_occluders_or_with_blinded_sensors_is_exact():
 
 
 def test_a_schedule_follows_what_costs_time_and_ends_with_few_candidates_on_many_points():
-    paper, shadow = paper_scene(), Scene(rules=Rules(mount="free"))
+    paper, shadow = Scene.paper(), Scene(rules=Rules(mount="free"))
     square = replace(shadow, sensor=effective(Use("vl53l5cx")).sensor)
     blind, many = replace(shadow, occlusion="blind"), (Pose(Q),) * 20
     worst = replace(shadow, poses=many, over_poses="worst")

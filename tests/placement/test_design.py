@@ -18,7 +18,7 @@ from place_rings.objectives.link_segments import GRAIN, segments
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.parameterization import decode
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.space.design import Candidate, Space
 from place_rings.placement.space.feasible_set import InfeasibleError, refusal
 from place_rings.placement.space.starts import fitted, fresh, papers
@@ -53,7 +53,7 @@ def drawn_scene(rng: np.random.Generator) -> Scene:
     least = int(rng.integers(1, 7))
     sensors = (least, int(rng.integers(least, 25)))
     spacing, margin = float(rng.uniform(0, 0.2)), float(rng.uniform(0, 0.1))
-    return paper_scene(
+    return Scene.paper(
         mounts=limits,
         rules=Rules(
             spacing, margin, sensors, int(rng.integers(1, 7)), bool(rng.integers(2)), fixed
@@ -186,7 +186,7 @@ HELD = Ring("forearm", 0.5, 5)
 )
 def test_what_cannot_be_is_refused_with_the_numbers(rules, wanted, numbers):
     with pytest.raises(InfeasibleError, match=numbers):
-        Space(paper_scene(rules=rules), **wanted)
+        Space(Scene.paper(rules=rules), **wanted)
 
 
 def test_equal_rings_whose_boards_do_not_fit_are_refused_with_the_number_that_does():
@@ -201,7 +201,7 @@ def test_equal_rings_whose_boards_do_not_fit_are_refused_with_the_number_that_do
 
 def test_of_two_places_too_near_for_two_rings_either_holds_one():
     limits = {"forearm": Limits(position=(0.3, 0.7), keep_out=((0.35, 0.65),))}
-    scene = paper_scene(mounts=limits, rules=Rules(spacing=0.3))
+    scene = Scene.paper(mounts=limits, rules=Rules(spacing=0.3))
     there = [(s.low, s.high, s.room) for s in segments(scene) if s.link == "forearm"]
     assert there == [
         (pytest.approx(0.3), pytest.approx(0.35), 1),
@@ -217,7 +217,7 @@ def test_of_two_places_too_near_for_two_rings_either_holds_one():
 def test_a_narrow_keep_out_costs_no_more_than_its_own_width():
     """A ring reaches both ends of a keep-out of 6 mm between rings 60 mm apart; two rings on either
     side keep their spacing."""
-    narrow = paper_scene(
+    narrow = Scene.paper(
         mounts={"forearm": Limits(keep_out=((0.5, 0.51),))}, rules=Rules(spacing=0.06)
     )
     space = Space(narrow, sensors=8)
@@ -240,7 +240,7 @@ def test_any_legal_place_can_hold_a_ring_and_any_rings_keep_the_spacing(seed):
         (float(a), float(a + rng.uniform(0, 0.1))) for a in rng.uniform(0, 0.9, rng.integers(1, 5))
     )
     rules = Rules(spacing=float(rng.uniform(0.01, 0.2)))
-    scene = paper_scene(mounts={"forearm": Limits(keep_out=cuts)}, rules=rules)
+    scene = Scene.paper(mounts={"forearm": Limits(keep_out=cuts)}, rules=rules)
     space, length = Space(scene, sensors=80), scene.robot.mount("forearm").length
     legal = [p for p in np.linspace(0, 1, 101) if not any(a < p < b for a, b in cuts)]
     for place in legal:
@@ -292,7 +292,7 @@ def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(l
 
 @given(drawing.seeds, st.integers(10, 90))
 def test_a_candidate_is_found_again_from_its_setup(seed, sensors):
-    space = Space(paper_scene(), sensors=sensors)
+    space = Space(Scene.paper(), sensors=sensors)
     c = fresh(space, np.random.default_rng(seed))
     setup = space.setup(c)
     again = space.candidate(setup)
@@ -306,17 +306,17 @@ def test_a_candidate_is_found_again_from_its_setup(seed, sensors):
 
 @given(drawing.seeds, st.integers(8, 90), st.integers(8, 90))
 def test_a_setup_is_fitted_to_another_number_of_sensors(seed, before, after):
-    setup = Space(paper_scene(), sensors=before).setup(
-        fresh(Space(paper_scene(), sensors=before), np.random.default_rng(seed))
+    setup = Space(Scene.paper(), sensors=before).setup(
+        fresh(Space(Scene.paper(), sensors=before), np.random.default_rng(seed))
     )
-    space = Space(paper_scene(), sensors=after)
+    space = Space(Scene.paper(), sensors=after)
     c = fitted(space, setup)
     assume(c is not None)
     check(space, space.setup(c), after)
 
 
 def test_segments_of_a_scene_with_everything():
-    scene = paper_scene(
+    scene = Scene.paper(
         mounts={
             "forearm": Limits((0.1, 0.9), (-1, 1), ((0.4, 0.5),)),
             "tool": Limits(keep_out=((0.0, 1.0),)),
@@ -333,14 +333,14 @@ def test_segments_of_a_scene_with_everything():
 
 
 def test_values_reach_any_placement_that_keeps_the_spacing():
-    space = Space(paper_scene(rules=Rules(spacing=0.06)), named_setup("n3_16_55"))
+    space = Space(Scene.paper(rules=Rules(spacing=0.06)), named_setup("n3_16_55"))
     c = space.candidate(named_setup("n3_16_55"))
     position = decode(space.arrays(c)[1], space.values(c))[0]
     np.testing.assert_allclose(position, [0, 0.5, 1, 0, 0.5, 1, 0], atol=GRAIN)
 
 
 def test_the_papers_setups_are_among_the_starts():
-    space = Space(paper_scene(), ring_layout(paper_scene(), 3, 16))
+    space = Space(Scene.paper(), ring_layout(Scene.paper(), 3, 16))
     for ring, paper in zip(
         space.setup(papers(space)[0]).rings, named_setup("n3_16_55").rings, strict=True
     ):
@@ -348,13 +348,13 @@ def test_the_papers_setups_are_among_the_starts():
 
 
 def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
-    on_tool = paper_scene(rules=Rules(fixed=(Ring("tool", 0.0, 8),)))
+    on_tool = Scene.paper(rules=Rules(fixed=(Ring("tool", 0.0, 8),)))
     layout = ring_layout(on_tool, 2, 16)
     assert [ring.link for ring in layout.rings] == ["upper_arm"] * 2 + ["forearm"] * 2
     setup = Space(on_tool, layout).setup(papers(Space(on_tool, layout))[0])
     assert [(r.link, r.count) for r in setup.rings][-1] == ("tool", 8)
     assert setup.sensors == 72
-    on_arm = paper_scene(rules=Rules(max_rings_per_link=2, fixed=(Ring("forearm", 0.3, 8),)))
+    on_arm = Scene.paper(rules=Rules(max_rings_per_link=2, fixed=(Ring("forearm", 0.3, 8),)))
     there = [ring.link for ring in ring_layout(on_arm, 2, 16).rings]
     assert there == ["upper_arm", "upper_arm", "forearm", "tool"]
     Space(on_arm, ring_layout(on_arm, 2, 16))
@@ -362,14 +362,14 @@ def test_a_fixed_ring_takes_the_layouts_place_where_the_link_has_no_other():
 
 def test_a_search_whose_layout_is_all_fixed_counts_the_fixed_rings():
     fixed = (Ring("upper_arm", 0.5, 4), Ring("forearm", 0.5, 4), Ring("tool", 0.0, 4))
-    scene = paper_scene(rules=Rules(max_rings_per_link=1, fixed=fixed))
+    scene = Scene.paper(rules=Rules(max_rings_per_link=1, fixed=fixed))
     result = search(Space(scene, ring_layout(scene, 1, 16)), voxel=0.1)
     assert result.setup.rings == fixed
     assert 0 < result.exact < 1
 
 
 def test_a_layout_without_room_is_refused():
-    scene = paper_scene(mounts={"forearm": Limits((0.5, 0.51))}, rules=Rules(spacing=0.05))
+    scene = Scene.paper(mounts={"forearm": Limits((0.5, 0.51))}, rules=Rules(spacing=0.05))
     with pytest.raises(InfeasibleError, match=r"2 .*forearm"):
         Space(scene, ring_layout(scene, 2, 16))
     assert math.isfinite(

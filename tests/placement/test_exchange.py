@@ -33,10 +33,11 @@ from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import ring_layout
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.occlusion import sight
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.placement.search.exchange import Exchange, share_of
 from place_rings.placement.search.exchange_criteria import Tally, criterion_by_counts
@@ -50,7 +51,7 @@ from ..strategies.singles import SENSORS
 from ..strategies.units import GENERATORS, uniform_directions
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
-TWO = paper_scene(
+TWO = Scene.paper(
     poses=(Pose(Q, 1.0), Pose(np.radians([10.0, -80.0, 60.0, -70.0, -90.0, 0.0]), 3.0)),
     targets=(Shell(0.5, weight=0.7), ReachAndToolSpheres(weight=0.3)),
 )
@@ -329,9 +330,9 @@ SCENES = {
     "squares in shadows": (Scene(poses=POSES, sensor=SQUARE), Criterion(losing="sensor")),
     "errors": (TWO, ERRORS),
     "errors in shadows": (Scene(obstacles=(TABLE,)), ERRORS),
-    "errors of squares": (paper_scene(sensor=SQUARE), ERRORS),
+    "errors of squares": (Scene.paper(sensor=SQUARE), ERRORS),
     "beside what stays": (
-        paper_scene(
+        Scene.paper(
             rules=Rules(fixed=(Ring("forearm", 0.5, 4),), fixed_sensors=(SKIN,)),
             cell_sensors=(CEILING,),
         ),

@@ -9,7 +9,7 @@ from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import verdict
 from place_rings.placement.search.context import SearchContext
@@ -29,7 +29,7 @@ def scene_of(poses, **kwargs):
     """A swing from table to table in so many poses, the later ones heavier."""
     q = pick_and_place(UR10, 20.0).q[:60]
     picked = q[np.linspace(0, len(q) - 1, poses).astype(int)]
-    return paper_scene(
+    return Scene.paper(
         poses=tuple(Pose(a, 1.0 + i, 0.05 * i) for i, a in enumerate(picked)), **kwargs
     )
 

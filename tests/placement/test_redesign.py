@@ -17,7 +17,7 @@ from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.redesign_models import ImproveResult
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import beam_search as beam
 from place_rings.placement.redesign import redesign as improving
@@ -122,7 +122,7 @@ BROKEN = {
     ("rule", "ring", "rules"), [(k, *v) for k, v in BROKEN.items()], ids=BROKEN.keys()
 )
 def test_a_broken_rule_is_named(rule, ring, rules):
-    scene = paper_scene(
+    scene = Scene.paper(
         mounts={"forearm": Limits((0.0, 0.9), (-0.5, 0.5), ((0.5, 0.6),))}, rules=rules
     )
     (fault,) = faults(scene, [Ring("forearm", 0.4, 8), ring])
@@ -150,7 +150,7 @@ def recount(scene, before, after):
 def drawn_rework(seed):
     """A problem of a drawn setup, and its rings after up to three changes."""
     rng = np.random.default_rng(seed)
-    rework = RedesignProblem(paper_scene(), drawing.setup(rng), 2, 9)
+    rework = RedesignProblem(Scene.paper(), drawing.setup(rng), 2, 9)
     t = rework.start
     for _ in range(3):
         trial = touched(rework, t, int(rng.choice(rework.may_touch(t))), rng)
@@ -177,12 +177,12 @@ def test_costs_equal_a_recount(seed):
 def test_kinds_of_changes():
     a, b = Ring("forearm", 0.5, 8, 0.1, 0.2), Ring("upper_arm", 0.5, 8, 0.1, 0.2)
     before, after = (a, a, a, None, a), (replace(a, count=9), b, None, b, a)
-    kinds = [c.done for c in changes(paper_scene().robot, before, after)]
+    kinds = [c.done for c in changes(Scene.paper().robot, before, after)]
     assert kinds == ["set anew", "carried over", "taken away", "added"]
 
 
 def test_what_became_as_it_was_is_touched_no_more():
-    rework = RedesignProblem(paper_scene(), named_setup("n2_16_25"), 1)
+    rework = RedesignProblem(Scene.paper(), named_setup("n2_16_25"), 1)
     almost = replace(rework.mounted.rings[1], phase=1e-9)
     rings = (rework.mounted.rings[0], almost, *rework.before[2:])
     assert rework.rounded(Touched(rings, (1,))).free == ()
@@ -202,7 +202,7 @@ def test_every_change_has_an_instruction(seed):
 
 SHORT = BeamPlan(120, 512, 0.05, 5, (Stage(0.03, 16, 3),), 1024, 2)
 TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 8, 2),), 512, 1)
-FAR = paper_scene(targets=(Shell(1.5),))
+FAR = Scene.paper(targets=(Shell(1.5),))
 
 
 @pytest.fixture(scope="module")
@@ -248,7 +248,7 @@ def test_a_setup_that_breaks_rules_is_bettered_within_them():
     to add; the same seed.
     """
     fixed = Ring("upper_arm", 0.5, 8, 0.3)
-    scene = paper_scene(
+    scene = Scene.paper(
         targets=(Shell(0.5), Shell(1.2, weight=0.0, at_least_percent=12)),
         mounts={"forearm": Limits((0.2, 0.8), (-0.6, 0.6), ((0.4, 0.5),))},
         rules=Rules(spacing=0.06, sensors=(3, 12), max_rings_per_link=3, fixed=(fixed,)),

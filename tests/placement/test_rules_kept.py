@@ -18,8 +18,9 @@ from place_rings.coverage.sensors.boards import NOMINAL
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.feasible_set import InfeasibleError

@@ -14,7 +14,7 @@ from place_rings.coverage.targets.named import Near, Shell
 from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import global_stage
 from place_rings.placement.search.exchange import Exchange
@@ -37,7 +37,7 @@ def scene():
         Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0),
         Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0),
     )
-    return paper_scene(
+    return Scene.paper(
         poses=poses, targets=NEAR_AND_FAR, mounts={"forearm": Limits((0.3, 0.6), (-0.5, 0.2))}
     )
 
@@ -106,7 +106,7 @@ def test_effort_multiplies_the_candidates(scene, found, effort):
 
 @pytest.mark.parametrize("occlusion", ["ignore", "blind"])
 def test_never_worse_than_a_known_setup_and_the_papers_tilts(occlusion):
-    scene = replace(paper_scene(targets=NEAR_AND_FAR), occlusion=occlusion)
+    scene = replace(Scene.paper(targets=NEAR_AND_FAR), occlusion=occlusion)
     space, known = Space(scene, ring_layout(scene, 2, 6)), named_setup("n2_6_40")
     found = search(space, schedule=SHORT, voxel=0.05, start=[known])
     setups = (known, *(named_setup(f"n2_6_{tilt}") for tilt in (0, 25, 55)))
@@ -122,7 +122,7 @@ def test_a_time_cap_still_gives_an_answer(scene):
 
 
 def test_a_time_cap_in_the_first_round_still_gives_an_answer():
-    scene = paper_scene(targets=(Shell(0.5),))
+    scene = Scene.paper(targets=(Shell(0.5),))
     capped = search(Space(scene, sensors=24), cap=1e-6, voxel=0.05)
     assert capped.outcome is Outcome.TIME
     assert capped.sampled == pytest.approx(capped.exact, abs=0.02)
@@ -138,7 +138,7 @@ def test_a_time_cap_ends_an_exchange_after_a_ring(monkeypatch):
         return real(self, *args)
 
     monkeypatch.setattr(Exchange, "put", put)
-    scene = paper_scene()
+    scene = Scene.paper()
     rounds = Round(256, 8, 0, 0, 0.0, trials=5, library=100), Round(256, 8, 4, 8, 0.1, 4, 8)
     limits = {"clock": lambda: now[0], "cap": 40.5}
     capped = search(Space(scene, sensors=48), schedule=rounds, voxel=0.1, **limits)
@@ -206,7 +206,7 @@ def test_ctrl_c_keeps_what_was_found(scene, monkeypatch, module, name):
 
 def test_a_missed_floor_is_no_share_of_points():
     far = Shell(1.5, weight=0.5, at_least_percent=99)
-    scene, told = paper_scene(targets=(Shell(0.5, weight=0.5), far)), []
+    scene, told = Scene.paper(targets=(Shell(0.5, weight=0.5), far)), []
     space = Space(scene, ring_layout(scene, 1, 8))
     found = search(space, schedule=SHORT, voxel=0.1, tell=lambda p: told.append((p.best, p.setup)))
     assert found.short > 0
@@ -251,7 +251,7 @@ def test_an_interrupt_while_points_are_evaluated_keeps_what_came_before(scene, m
 def test_a_floor_is_met_where_it_can_be():
     """Far coverage of 35 % beside near: without the floor the same search gives less of it."""
     far = Shell(1.5)
-    scene = paper_scene(targets=(Shell(0.5), replace(far, weight=0.0, at_least_percent=35)))
+    scene = Scene.paper(targets=(Shell(0.5), replace(far, weight=0.0, at_least_percent=35)))
     rounds = *SHORT, Round(16384, 2, 2, 8, 0.02)
     found = search(Space(scene, ring_layout(scene, 2, 16)), schedule=rounds, voxel=0.05)
     assert found.short == 0

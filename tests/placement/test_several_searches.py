@@ -16,7 +16,7 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.mount_rules import Limits, Rules
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.target_points import TargetPoints
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import exchange_points
@@ -33,7 +33,7 @@ from place_rings.placement.space.feasible_set import InfeasibleError
 from ..support.searching import fewest_rings, fewest_sensors, questioned, search
 
 QUICK = (Round(256, 4, 1, 4, 0.2, 4, 2), Round(512, 2, 1, 4, 0.05, 2, 1))
-SCENE = paper_scene(targets=(Shell(0.5),), rules=Rules(sensors=(4, 16)))
+SCENE = Scene.paper(targets=(Shell(0.5),), rules=Rules(sensors=(4, 16)))
 LARGE = Scene(occlusion="ignore", rules=Rules(mount="free", sensors=(1, 16)))
 FREE = Scene(occlusion="ignore", rules=Rules(mount="free", sensors=(3, 16)))
 
@@ -74,7 +74,7 @@ def test_a_time_cap_gives_the_best_until_then():
 
 
 def test_what_cannot_be_is_refused():
-    nowhere = paper_scene(mounts={link: Limits(keep_out=((0.0, 1.0),)) for link in UR10.links})
+    nowhere = Scene.paper(mounts={link: Limits(keep_out=((0.0, 1.0),)) for link in UR10.links})
     with pytest.raises(InfeasibleError):
         fewest_sensors(nowhere, 50.0, schedule=QUICK)
     with pytest.raises(InfeasibleError):
@@ -93,7 +93,7 @@ def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
 ):
     """By a search whose answers are known, and grow with the number of sensors."""
     fixed = (Ring("forearm", 0.5, held),) if held else ()
-    scene = paper_scene(
+    scene = Scene.paper(
         rules=Rules(sensors=(least, least + more), max_rings_per_link=rings, fixed=fixed)
     )
 

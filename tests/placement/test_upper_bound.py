@@ -26,9 +26,10 @@ from place_rings.coverage.targets.own import Box
 from place_rings.coverage.weight_field import WeightField
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.mount_rules import Limits, Rules
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.reach import beyond_sensors
-from place_rings.objectives.scene import Obstacle, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.bound.blurred_beam import STEEPEST, BlurredBeam, Profile
 from place_rings.placement.bound.families import Budget, families
@@ -49,7 +50,7 @@ from ..support.searching import search
 
 pytestmark = pytest.mark.slow
 
-NEAR = paper_scene(targets=(Shell(0.5),))
+NEAR = Scene.paper(targets=(Shell(0.5),))
 
 
 def beam_share(sensor, along, away, sigma, seed, count=40_000):
@@ -281,7 +282,7 @@ NARROW = replace(
 def only(link, target):
     """A scene whose rings sit on one link."""
     limits = {other: NOWHERE for other in NEAR.robot.links if other != link}
-    return paper_scene(targets=(target,), mounts=limits)
+    return Scene.paper(targets=(target,), mounts=limits)
 
 
 def drawn(space, seed):
@@ -344,7 +345,7 @@ def single_shares(scene, points):
 def test_two_sensors_come_close_to_their_bound(radius, close, seen):
     """All pairs of sensors of a fine grid on parts of two links."""
     narrow = Limits(position=(0.4, 0.6), tilt=(0.5, 1.0))
-    scene = paper_scene(
+    scene = Scene.paper(
         targets=(Shell(radius),),
         rules=Rules(sensors=(1, 2), mount="free"),
         mounts={"upper_arm": narrow, "forearm": narrow, "tool": Limits(keep_out=((0, 1),))},
@@ -413,8 +414,8 @@ def test_no_bound_is_stated_where_voxels_do_not_give_the_volume():
     own = Box((2.0102, 2.0102, 2.0102))
     table = Obstacle("table", box([0.9, 0.0, -0.1], [0.5, 1.0, 0.2]))
     for scene in (
-        paper_scene(targets=(Shell(0.5, importance=field),)),
-        paper_scene(targets=(own,)),
+        Scene.paper(targets=(Shell(0.5, importance=field),)),
+        Scene.paper(targets=(own,)),
         replace(NEAR, obstacles=(table,)),
     ):
         assert upper_bound(scene, Space(scene, sensors=12), effort=QUICK) is None
@@ -454,8 +455,8 @@ def test_a_gap_that_cannot_be_bounded_is_refused_before_the_search(kind, monkeyp
         "errors": NEAR,
         "obstacle": replace(NEAR, obstacles=(solid,)),
         "attached": replace(NEAR, robot=attached),
-        "own": paper_scene(targets=(Box((1.0, 1.0, 1.0)),)),
-        "weights": paper_scene(targets=(replace(goal, importance=field),)),
+        "own": Scene.paper(targets=(Box((1.0, 1.0, 1.0)),)),
+        "weights": Scene.paper(targets=(replace(goal, importance=field),)),
     }[kind]
     for budget in ({}, {"sensors": 12}, {"rings": 2}, {"reach": 20.0}):
         with pytest.raises(pr.InputError) as refused:
@@ -474,7 +475,7 @@ def test_no_layout_covers_more_than_is_within_reach(seed):
         for link in ("upper_arm", "forearm", "tool")
         for _ in range(4)
     )
-    scene = paper_scene(sensor=sensor, targets=(target,))
+    scene = Scene.paper(sensor=sensor, targets=(target,))
     beyond = beyond_sensors(scene, target)
     zeta = Verifier(scene, 0.05).verify(Setup(rings), target).zeta
     assert zeta <= 1 - beyond.share + 2 * beyond.error + 0.01  # voxels of 5 cm
@@ -489,13 +490,13 @@ def test_the_farthest_point_of_a_beam_is_its_corner():
 
 def test_a_target_beyond_reach_is_said_and_others_are_not():
     usual = [Shell(0.3), Shell(0.5)]
-    assert reach_lines(paper_scene(targets=tuple(t for t in usual))) == []
-    (line,) = reach_lines(paper_scene(targets=(Shell(0.5), Shell(3.0))))
+    assert reach_lines(Scene.paper(targets=tuple(t for t in usual))) == []
+    (line,) = reach_lines(Scene.paper(targets=(Shell(0.5), Shell(3.0))))
     assert "V_S(3)" in line
-    short = paper_scene(sensor=Sensor(range_m=0.05))
+    short = Scene.paper(sensor=Sensor(range_m=0.05))
     (line,) = reach_lines(short)
     assert "V_S(0.5)" in line
     fixed = Rules(fixed=(Ring("forearm", 0.5, 8, sensor=Sensor(range_m=3.0)),))
-    more = paper_scene(sensor=Sensor(range_m=0.05), rules=fixed)
+    more = Scene.paper(sensor=Sensor(range_m=0.05), rules=fixed)
     alone, beside = (beyond_sensors(s, Shell(0.5)).share for s in (short, more))
     assert beside < alone - 0.01

@@ -34,7 +34,7 @@ from place_rings.formats.ring_frame import frame_length
 from place_rings.formats.schema.written_models import ReportResult
 from place_rings.objectives.blind_spots import Beside, BlindSpot
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import comparison
 from place_rings.reporting.pages import code, command, escaped, html, table
@@ -131,7 +131,7 @@ def test_millimetres_lead_from_the_joint_to_the_ring(name, seed):
         Ring(link, rng.uniform(), int(rng.integers(2, 9)), rng.uniform(-1, 1), rng.uniform(0, 6))
         for link in robot.links
     ]
-    scene, setup = paper_scene(robot=robot, poses=(Pose(q),)), Setup(tuple(rings))
+    scene, setup = Scene.paper(robot=robot, poses=(Pose(q),)), Setup(tuple(rings))
     cones, frames, first = sensor_cones(robot, setup, q), forward(robot.chain, q), 0
     for seat in seat_list(scene, setup):
         mount = robot.mount(seat.ring.link)
@@ -195,21 +195,21 @@ def test_a_verdict_has_its_colour(tmp_path):
 def test_materials_add_up():
     known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
     setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
-    said = "\n".join(materials(paper_scene(), setup))
+    said = "\n".join(materials(Scene.paper(), setup))
     hostile, mount = "<b>`a`</b>*", ROBOTS["ur10"].mount("forearm")
     odd = replace(ROBOTS["ur10"], mounts=(replace(mount, link=hostile),))
     assert escaped(hostile) in "\n".join(
-        materials(paper_scene(robot=odd), Setup((replace(nominal, link=hostile),)))
+        materials(Scene.paper(robot=odd), Setup((replace(nominal, link=hostile),)))
     )
     power, sent = 11 * MODELS["tfmini-s"].supply.power_w, 100 * (frame_length(5) + frame_length(6))
     for part in (f"{power:.2f} W", f"{11 * 100:,} distances", f"{sent:,} bytes"):
         assert part in said
-    said = "\n".join(materials(paper_scene(), Setup((nominal,))))
+    said = "\n".join(materials(Scene.paper(), Setup((nominal,))))
     assert re.search(r"^\| 7 \| .* \| 1\.50 \| ", said, re.M)
 
 
 def test_many_poses_are_stood_for_by_few():
-    scene = paper_scene(poses=tuple(Pose(np.full(6, 0.01 * i), 1 + i % 3) for i in range(50)))
+    scene = Scene.paper(poses=tuple(Pose(np.full(6, 0.01 * i), 1 + i % 3) for i in range(50)))
     few = standing_for(scene, 16)
     assert len(few.poses) <= 16
     assert few.pose_weights.sum() == pytest.approx(1)

@@ -18,7 +18,7 @@ from place_rings.coverage.targets.named import Shell
 from place_rings.formats.fingerprints import scene_sha256
 from place_rings.formats.firmware.cabling import cable_run, crossings
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import pdf
 from place_rings.reporting.pages import html
@@ -38,7 +38,7 @@ def test_a_cable_reaches_its_ring_at_every_pose(name, seed):
     rng, robot = np.random.default_rng(seed), ROBOTS[name]
     q = np.clip(rng.uniform(-2, 2, (3, len(robot.chain))), *robot.limits.T)
     poses = tuple(map(Pose, q))
-    scene = paper_scene(robot=robot, poses=poses)
+    scene = Scene.paper(robot=robot, poses=poses)
     crossed = crossings(scene)
     for joint, q in zip(
         crossed, robot.chain.settled(np.array([p.q for p in poses])).T, strict=True
@@ -56,7 +56,7 @@ def test_a_cable_reaches_its_ring_at_every_pose(name, seed):
 
 
 def test_one_pose_plans_for_one_turn_at_most():
-    for joint in crossings(paper_scene()):
+    for joint in crossings(Scene.paper()):
         assert 0 < joint.motion <= math.tau
 
 
@@ -73,19 +73,19 @@ def test_bus_cables_are_those_of_the_wiring():
 @pytest.fixture(scope="module")
 def proof():
     """A guaranteed interval of another width than those that decide a requirement."""
-    return Verifier(paper_scene(), None, "certified", 0.01).verify(named_setup("n1_8_0"), NEAR)
+    return Verifier(Scene.paper(), None, "certified", 0.01).verify(named_setup("n1_8_0"), NEAR)
 
 
 @pytest.mark.parametrize("margin", [-0.2, 0.2])
 def test_a_requirement_is_decided_by_proof(proof, margin):
     required = (proof.high if margin > 0 else proof.low) + margin / 100
-    scene = paper_scene(targets=(replace(NEAR, at_least_percent=100 * required),))
+    scene = Scene.paper(targets=(replace(NEAR, at_least_percent=100 * required),))
     (one,) = decide(scene, named_setup("n1_8_0"))
     assert one.passes == (margin < 0)
     assert one.low_percent <= 100 * proof.high
     assert one.high_percent >= 100 * proof.low
     assert f"{100 * required:g} %" in requirement_sentence(one)
-    assert decide(paper_scene(targets=(NEAR,)), named_setup("n1_8_0")) == []
+    assert decide(Scene.paper(targets=(NEAR,)), named_setup("n1_8_0")) == []
 
 
 def test_printed_parts_are_counted():

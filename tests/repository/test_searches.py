@@ -16,7 +16,7 @@ from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.named_layouts import ring_layout
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 
 from ..support.rooms import ROOT
 
@@ -27,7 +27,7 @@ with pytest.MonkeyPatch.context() as path:
     import search_questions
     import search_run
 
-SCENE = paper_scene(
+SCENE = Scene.paper(
     targets=(Shell(0.5, weight=0.6), Shell(1.2, weight=0.4)),
     mounts={"forearm": Limits((0.2, 0.7), (-0.5, 0.4))},
     rules=Rules(spacing=0.0),

@@ -19,7 +19,7 @@ from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import Thinning
 from place_rings.rig.check.offline import file_check
 from place_rings.rig.check.options import CheckOptions, FileOptions
@@ -144,7 +144,7 @@ def test_stops_of_a_plan_are_found_a_turn_away(stops, tmp_path):
 def test_a_route_starts_at_the_turn_where_the_robot_stands(degrees):
     """No path turns a joint back by full turns, and none turns another joint farther."""
     robot = ROBOTS["ur3e"]
-    scene = paper_scene(robot=robot, poses=(Pose(robot.rest),))
+    scene = Scene.paper(robot=robot, poses=(Pose(robot.rest),))
     goals = robot.rest + np.radians([[20, 0, 0, 0, 0, 150], [0, -20, 0, 0, 0, -150]])
     start = robot.rest + np.radians([0, 0, 0, 0, 0, degrees])
     route = Itinerary(scene, SETUP, start, [goals], 0)
@@ -171,12 +171,12 @@ def test_poses_of_a_motion_are_those_within_half_a_turn(tmp_path, degrees):
     q[:, 5] += np.radians(degrees) * np.linspace(0, 1, 1000)
     path = written(tmp_path / "m.csv", robot, q)
     assert np.abs(read_record(path, robot).q - q).max() < 1e-9
-    scene = with_record(paper_scene(robot=robot), path, Thinning(poses=30))
+    scene = with_record(Scene.paper(robot=robot), path, Thinning(poses=30))
     for pose in scene.poses:
         assert abs(pose.q[5]) <= math.pi + 1e-9
         assert angles_apart(q, pose.q).max(axis=1).min() < 0.6
     with refused("m.csv", "wrist_3"):
-        with_record(paper_scene(robot=ROBOTS["ur5e"]), written(path, robot, q))
+        with_record(Scene.paper(robot=ROBOTS["ur5e"]), written(path, robot, q))
 
 
 ARM = """<robot name="two">

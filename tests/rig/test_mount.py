@@ -13,7 +13,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.model_reader import read_model
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.channel_assignment import Order, best_order, costs, mixed, reseated
@@ -53,7 +53,7 @@ def test_slopes_are_those_of_what_is_expected():
 
 
 def test_a_floor_met_square_tells_nothing_of_tilt_and_phase():
-    scene = paper_scene(obstacles=(FLOOR,))
+    scene = Scene.paper(obstacles=(FLOOR,))
     ring = Ring("forearm", 0.5, 24, 0.0, 0.0, 0.08)
     joints = np.radians([[0, -30, 30, 0, 0, 0], [0, -40, 40, 0, 0, 0]])  # the forearm lies level
     seen = expected(scene, Setup((ring,)), joints)

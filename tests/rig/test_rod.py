@@ -10,7 +10,7 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets.named import Shell
 from place_rings.formats.model_reader import read_model
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.rig.check.records import _contradicted
 from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.channel_assignment import Order
@@ -61,7 +61,7 @@ def test_a_rod_is_seen_where_a_sensor_returns_it_nearer_than_what_it_returned_be
 
 
 def test_a_thick_rod_is_seen_where_its_middle_is_not():
-    bare = paper_scene()
+    bare = Scene.paper()
     setup = named_setup("n2_16_25")
     dot, ball = (Rod(r, 1e-6) for r in (1e-4, 0.035))
     where = places(bare, TARGET, ball, 0.12)

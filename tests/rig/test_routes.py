@@ -17,8 +17,8 @@ from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.objectives.motion_limits import Motion
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle
 from place_rings.rig.check import actors
 from place_rings.rig.poses.clear import clear, from_cell, gaps, least_gaps, neighbours, sunk
 from place_rings.rig.poses.itinerary import Itinerary, reachable

@@ -14,7 +14,8 @@ from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import effective
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
-from place_rings.objectives.scene import Obstacle, paper_scene
+from place_rings.objectives.obstacle import Obstacle
+from place_rings.objectives.scene import Scene
 from place_rings.rig.check import part_results as parts
 from place_rings.rig.check.bag_log import write_bag
 from place_rings.rig.check.findings import differences
@@ -130,7 +131,7 @@ def screen_before_a_wall(edge_y):
         Obstacle("wall", centre=[2.05, 0, 0], size=[0.1, 9, 9]),
         Obstacle("screen", centre=[1.005, edge_y + 1, 0], size=[0.01, 2, 4]),
     ]
-    scene = paper_scene(obstacles=tuple(walls))
+    scene = Scene.paper(obstacles=tuple(walls))
     return replace(scene, robot=replace(scene.robot, bodies=()))
 
 

@@ -21,8 +21,9 @@ from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.solids.segments import point_to_segment
+from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Obstacle, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import MotionRecord
 from place_rings.simulation.detection import (
     Timing,
@@ -39,7 +40,7 @@ from place_rings.simulation.sightings import stops
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
 AZIMUTHS = np.linspace(0, 2 * np.pi, 8, endpoint=False) + 0.1
-STILL = moments_of_scene(paper_scene(poses=(Pose(POSE),)), Safety(reaction=0.0))
+STILL = moments_of_scene(Scene.paper(poses=(Pose(POSE),)), Safety(reaction=0.0))
 
 
 def timing(setup, period=0.02, latency=0.0):
@@ -48,7 +49,7 @@ def timing(setup, period=0.02, latency=0.0):
 
 def run(setup, moments=STILL, robot=UR10, obstacles=(), **options):
     options = {"occlusion": "ignore", "timing": timing(setup), **options}
-    scene = paper_scene(robot=robot, obstacles=obstacles)
+    scene = Scene.paper(robot=robot, obstacles=obstacles)
     return approach(scene, setup, moments, azimuths=AZIMUTHS, seed=0, **options)
 
 
@@ -70,8 +71,8 @@ def test_sensors_that_see_all_around_and_far_report_everybody():
 
 def test_the_person_walks_on_the_scenes_floor():
     table, floor = Obstacle("table", box((0, 0, 0), (1, 1, 1))), Obstacle("floor", half_space(-0.9))
-    assert (floor_of(paper_scene()), floor_of(paper_scene(obstacles=(table,)))) == (-0.75, -0.75)
-    assert floor_of(paper_scene(obstacles=(table, floor))) == -0.9
+    assert (floor_of(Scene.paper()), floor_of(Scene.paper(obstacles=(table,)))) == (-0.75, -0.75)
+    assert floor_of(Scene.paper(obstacles=(table, floor))) == -0.9
     lower, usual = walker(1.6, 2.0, -0.9), walker(1.6, 2.0)
     for key in ("start", "end"):
         np.testing.assert_allclose(

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.mount_rules import Rules
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.space.design import Space
 from place_rings.studies.bound import report as bound_report
 from place_rings.studies.bound import study as bound
@@ -84,7 +84,7 @@ def test_any_multipliers_give_a_bound(seed):
 
 
 def test_a_solver_without_time_still_gives_bounds():
-    scene = paper_scene()
+    scene = Scene.paper()
     _, asked = choice(scene, RingGrid(3, 3, (8, 16), 1), points_in(scene, Shell(1.5), 300, 0), 48)
     hurried, best = solved(asked, 1e-3), solved(asked, 20.0)
     assert hurried.bound >= best.bound - TOLERANCE
@@ -105,7 +105,7 @@ def test_equal_points_made_one_change_no_share(seed):
 @pytest.fixture(scope="module")
 def far():
     """A small grid over a far shell: its problem, and the rings."""
-    scene, grid, budget = paper_scene(), RingGrid(3, 5, (8, 16), 2), 40
+    scene, grid, budget = Scene.paper(), RingGrid(3, 5, (8, 16), 2), 40
     points = points_in(scene, Shell(1.5), 200, 1)
     return scene, points, *choice(scene, grid, points, budget)
 
@@ -129,7 +129,7 @@ def test_no_setup_of_the_grid_exceeds_its_bounds(far):
 
 @pytest.mark.parametrize("spacing", [0.0, 0.03, 0.2, 0.35])
 def test_rings_exclude_each_other_as_the_rules_say(spacing):
-    scene = paper_scene(rules=Rules(spacing=spacing, max_rings_per_link=3))
+    scene = Scene.paper(rules=Rules(spacing=spacing, max_rings_per_link=3))
     rings = RingGrid(7, 1, (8,), 1).rings(scene)
     sets = limits(scene, rings)
     for a, b in itertools.combinations(range(len(rings)), 2):

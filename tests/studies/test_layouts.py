@@ -22,7 +22,7 @@ from place_rings.formats.export.urdf import urdf
 from place_rings.formats.layouts.csv_poses import COLUMNS, ORIENTED
 from place_rings.formats.layouts.layout import read_layout
 from place_rings.formats.schema.layout_models import LayoutModel
-from place_rings.objectives.scene import Pose, Scene, paper_scene
+from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.studies.engine.runner import TASKS
 from place_rings.studies.engine.scenes import scene_from, setup_keys
@@ -172,7 +172,7 @@ def test_layouts_that_cannot_be_scored_are_one_line_and_nothing_is_written(
 
 def test_a_layout_reads_the_frames_of_a_urdf_as_single_sensors(tmp_path):
     setup = named_setup("n1_4_25")
-    placed = PlacedSetup(paper_scene(), setup, 0, tmp_path)
+    placed = PlacedSetup(Scene.paper(), setup, 0, tmp_path)
     (tmp_path / "robot.urdf").write_bytes(urdf(placed)["robot.urdf"])
     (tmp_path / "mine.toml").write_text(
         KEYS.partition("sensor =")[0]
@@ -182,7 +182,7 @@ def test_a_layout_reads_the_frames_of_a_urdf_as_single_sensors(tmp_path):
     assert (layout.setup.rings, layout.setup.sensors) == ((), setup.sensors)
     one, other = (
         sensor_cones(scene.robot, s, UR10.rest)
-        for scene, s in ((layout.scene, layout.setup), (paper_scene(), setup))
+        for scene, s in ((layout.scene, layout.setup), (Scene.paper(), setup))
     )
     np.testing.assert_allclose(np.asarray(one.apex), np.asarray(other.apex), atol=1e-6)
     np.testing.assert_allclose(np.asarray(one.axis), np.asarray(other.axis), atol=1e-6)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.reporting.pages import csv_text, table
 from place_rings.simulation.distance import Series, measures
 from place_rings.studies.engine.scenes import setup_from
@@ -41,8 +41,8 @@ def test_a_statement_agrees_in_all_readings_differs_in_none(answers):
 
 @pytest.mark.parametrize("name", paper.OPEN_SETUPS)
 def test_rings_that_are_not_varied_are_the_named_setup(name):
-    assert setup_from(paper.rings(name), paper_scene()) == named_setup(name)
-    moved = setup_from(paper.rings(name, inset=0.1, phase_deg=5.0, radius=0.1), paper_scene())
+    assert setup_from(paper.rings(name), Scene.paper()) == named_setup(name)
+    moved = setup_from(paper.rings(name, inset=0.1, phase_deg=5.0, radius=0.1), Scene.paper())
     assert all(0.1 <= ring.position <= 0.9 for ring in moved.rings if ring.link != "tool")
     assert {ring.radius for ring in moved.rings} == {0.1}
     assert all(ring.phase == pytest.approx(math.radians(5)) for ring in moved.rings)

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from place_rings._views import View
 from place_rings.coverage.rings.ring import Ring, Setup
-from place_rings.objectives.scene import paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.viewer.connection_guard import acceptable
 from place_rings.viewer.server import Server, own
 from place_rings.viewer.session import ViewerSession
@@ -29,7 +29,7 @@ SETUP = Setup((Ring("forearm", 0.4, 5),))
 
 @pytest.fixture(scope="module")
 def served():
-    with Server(ViewerSession(paper_scene(), {"small": SETUP})) as server:
+    with Server(ViewerSession(Scene.paper(), {"small": SETUP})) as server:
         yield server
 
 
@@ -178,7 +178,7 @@ def test_a_request_that_does_not_end_is_cut_and_an_old_one_gives_way(served):
 
 
 def test_a_token_is_new_for_each_server_and_part_of_what_a_notebook_shows(served):
-    with Server(ViewerSession(paper_scene(), {"small": SETUP})) as other:
+    with Server(ViewerSession(Scene.paper(), {"small": SETUP})) as other:
         view = View(other)
         assert token(other) != token(served)
         assert len(token(other)) > 20
@@ -281,7 +281,7 @@ with page(token) as one:
 
 @pytest.mark.slow
 def test_floods_and_slow_connections_take_no_memory_from_the_open_page():
-    with Server(ViewerSession(paper_scene(), {"small": SETUP})) as server:
+    with Server(ViewerSession(Scene.paper(), {"small": SETUP})) as server:
         page = Client(server.url)
         page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")
         page.set("Sensors", 9)

@@ -15,7 +15,7 @@ import pytest
 from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.loader import read_proposal
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.placement.search.schedule import Round
 from place_rings.viewer import page_tasks, tasks
 from place_rings.viewer.html import UNBUILDABLE
@@ -50,7 +50,7 @@ def ours(reader: Reader, port: int) -> bool:
 @pytest.mark.slow
 @needs_chromium()
 def test_a_slider_moves_zeta_a_picture_is_saved_and_nothing_comes_from_outside(browser, tmp_path):
-    with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL}, tmp_path)) as server:
+    with Server(ViewerSession(Scene.paper(), {HOSTILE: SMALL}, tmp_path)) as server:
         reader = Reader(browser, server.url)
         before = reader.zeta("V_S(0.5)")
         reader.tab("Search and files")
@@ -125,7 +125,7 @@ def test_the_scene_fits_into_any_window_and_a_phone_shows_it_first(browser):
 
 @pytest.fixture(scope="module")
 def served():
-    with Server(ViewerSession(paper_scene(), {HOSTILE: SMALL})) as server:
+    with Server(ViewerSession(Scene.paper(), {HOSTILE: SMALL})) as server:
         yield server
 
 
@@ -194,7 +194,7 @@ def test_search_count_and_save(tmp_path, monkeypatch):
     monkeypatch.setattr(page_tasks, "prove", counted)
     searched = partial(tasks.search_from, schedule=QUICK, voxel=0.05)
     monkeypatch.setattr(page_tasks, "search_from", searched)
-    with Server(ViewerSession(paper_scene(), {"small": SMALL}, tmp_path)) as server:
+    with Server(ViewerSession(Scene.paper(), {"small": SMALL}, tmp_path)) as server:
         page = Client(server.url)
         page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")
         before = page.zeta("V_S(0.5)")
@@ -241,7 +241,7 @@ def test_a_ring_moved_too_near_is_named_at_once_and_when_it_is_saved(tmp_path, m
 
 
 def test_an_address_that_cannot_be_served_is_one_line():
-    room = ViewerSession(paper_scene(), {"small": SMALL})
+    room = ViewerSession(Scene.paper(), {"small": SMALL})
     with Server(room) as server, pytest.raises(UserError, match="--port"):
         Server(room, port=server.port)
     with pytest.raises(UserError, match="--host"):

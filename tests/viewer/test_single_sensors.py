@@ -15,7 +15,7 @@ from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets.named import Shell
 from place_rings.formats.loader import read_proposal
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.viewer import page_tasks
 from place_rings.viewer.drawing import Drawing
 from place_rings.viewer.drawn_parts import DrawnParts
@@ -62,16 +62,16 @@ def test_a_roll_turns_about_the_beam_and_an_azimuth_about_z(one, angle):
 @pytest.mark.parametrize("pose", [{"x": math.nan}, {"roll_deg": math.inf}, {"z": 1e9}])
 def test_a_pose_that_cannot_be_is_refused(pose):
     with pytest.raises(ValueError, match=r"finite|at most"):
-        EditedSetup(paper_scene(), ALONE).moved(0, **pose)
+        EditedSetup(Scene.paper(), ALONE).moved(0, **pose)
 
 
 def test_edits_concern_one_sensor_and_rings_may_join_it():
-    draft = EditedSetup(paper_scene(), ALONE)
+    draft = EditedSetup(Scene.paper(), ALONE)
     moved = draft.moved(1, x=0.05).setup
     assert moved.singles[0] == ALONE.singles[0]
     assert moved.singles[1] == replace(ALONE.singles[1], position=(0.05, 0.12, 0.0))
     lifted = Setup((), (replace(ALONE.singles[0], lifted=0.01),))
-    assert EditedSetup(paper_scene(), lifted).moved(0, x=0.05).setup.singles[0].lifted == 0
+    assert EditedSetup(Scene.paper(), lifted).moved(0, x=0.05).setup.singles[0].lifted == 0
     both = draft.added("forearm")
     assert [g.count for g in both.setup.groups] == [NEW_COUNT, 1, 1]
     assert both.removed(0).setup == ALONE
@@ -86,7 +86,7 @@ def test_edits_concern_one_sensor_and_rings_may_join_it():
 @settings(max_examples=6)
 @given(setup=mixed_setups(), cones=st.sampled_from(["off", "this ring", "this link", "all"]))
 def test_every_sensor_is_drawn_and_can_be_selected(setup, cones):
-    drawing = Drawing(QuickEstimate(paper_scene(), [NEAR]))
+    drawing = Drawing(QuickEstimate(Scene.paper(), [NEAR]))
     for i, group in enumerate(setup.groups):
         drawn = drawing.rings(setup, DrawnParts(0, NEAR, "ignore", cones, i))
         wanted = {
@@ -109,12 +109,12 @@ def test_a_room_says_which_sensor_lies_in_a_body():
     assert fault.text.startswith("sensor pad (forearm) lies 4")
     assert fault.text.endswith("mm within forearm_1 and sees nothing")
     with pytest.raises(ValueError, match="no ring to search from"):
-        search_from(paper_scene(), ALONE, lambda *_: None, lambda: False)
+        search_from(Scene.paper(), ALONE, lambda *_: None, lambda: False)
 
 
 def test_a_page_of_single_sensors_moves_one_and_saves_it(tmp_path, monkeypatch):
     monkeypatch.setattr(page_tasks, "prove", partial(prove, voxel=0.1, width=0.3))
-    with Server(ViewerSession(paper_scene(), {"skin": ALONE}, tmp_path)) as server:
+    with Server(ViewerSession(Scene.paper(), {"skin": ALONE}, tmp_path)) as server:
         page = Client(server.url)
         page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")
         before = page.zeta("V_S(0.5)")
@@ -146,7 +146,7 @@ def test_a_page_of_single_sensors_moves_one_and_saves_it(tmp_path, monkeypatch):
 
 def test_a_ring_is_opened_beside_single_sensors():
     both = Setup((Ring("forearm", 0.4, 5),), (PAD,))
-    with Server(ViewerSession(paper_scene(), {"both": both})) as server:
+    with Server(ViewerSession(Scene.paper(), {"both": both})) as server:
         page = Client(server.url)
         page.until(lambda: page.zeta("V_S(0.5)") is not None, "the page says no ζ")
         assert (page.visible("Tilt, °"), page.visible("Roll, °")) == (True, False)

@@ -14,7 +14,7 @@ from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets.named import Shell
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.viewer import playback
 from place_rings.viewer.browser import read_answer
 from place_rings.viewer.camera import FOV, VIEWS, fitted
@@ -149,7 +149,7 @@ def test_a_cut_keeps_the_far_side(kind):
 def test_a_link_opens_the_state_that_it_was_made_from(seed):
     from urllib.parse import parse_qsl
 
-    scene = paper_scene()
+    scene = Scene.paper()
     setup = rounded(drawing.setup(np.random.default_rng(seed)), scene.sensor)
     targets = {str(t): t for t in (NEAR, FAR)}
     state = PageState.of(scene, targets, {"small": SMALL})
@@ -183,7 +183,7 @@ def test_a_link_opens_the_state_that_it_was_made_from(seed):
     ],
 )
 def test_a_link_to_nothing_changes_nothing(query):
-    state = PageState.of(paper_scene(), {str(NEAR): NEAR}, {"small": SMALL})
+    state = PageState.of(Scene.paper(), {str(NEAR): NEAR}, {"small": SMALL})
     with pytest.raises(ValueError, match=r"link|rings"):
         state.open(read_query(query))
     assert state.setups == [SMALL]
@@ -242,7 +242,7 @@ def test_a_click_chooses_the_sensor_in_front(seed):
 
 @given(at=st.floats(0, 1), phase=st.floats(0, 6.28), link=st.sampled_from(["upper_arm", "forearm"]))
 def test_handles_read_back_where_a_ring_is(at, phase, link):
-    scene = paper_scene()
+    scene = Scene.paper()
     q, ring = scene.poses[0].q, Ring(link, at, 4, 0.0, phase)
     T, there = (mount_frame(scene.robot, q, ring, p) for p in (0.0, at))
     length = scene.robot.mount(link).length
@@ -272,7 +272,7 @@ def test_a_player_shows_each_pose_and_stops_at_the_last(monkeypatch):
 
 
 def test_the_curve_passes_through_the_representative_poses():
-    q = paper_scene().poses[0].q
+    q = Scene.paper().poses[0].q
     timed = tuple(Pose(q, time_s=0.5 * i) for i in range(5))
     axis, name = pose_axis(timed)
     assert name == "time, s"

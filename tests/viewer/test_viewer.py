@@ -30,7 +30,7 @@ from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.objectives.feasibility.violations import faults, mount_faults
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.poses import Pose
-from place_rings.objectives.scene import Scene, paper_scene
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.schedule import Round
 from place_rings.viewer import html as words
@@ -110,13 +110,13 @@ def test_a_glance_is_the_exact_count_within_the_luck_of_its_points(occlusion):
 
 
 def test_over_poses_a_glance_is_the_weighted_mean_and_few_stand_for_many():
-    home = paper_scene().poses[0].q
+    home = Scene.paper().poses[0].q
     poses = tuple(Pose(home + 0.02 * i, 1.0 + i) for i in range(3))
-    glance = QuickEstimate(paper_scene(poses=poses), [NEAR], points=3000)
+    glance = QuickEstimate(Scene.paper(poses=poses), [NEAR], points=3000)
     each = [glance.verdict(SMALL, NEAR, p, "ignore", glance.each).zeta for p in range(3)]
     assert glance.zeta(SMALL, NEAR, "ignore") == pytest.approx(np.average(each, weights=[1, 2, 3]))
     many = QuickEstimate(
-        paper_scene(poses=tuple(Pose(home, 1.0) for _ in range(500))), [NEAR], points=3000
+        Scene.paper(poses=tuple(Pose(home, 1.0) for _ in range(500))), [NEAR], points=3000
     )
     assert many.few <= 64
     assert many.weights.sum() == pytest.approx(1)
@@ -137,7 +137,7 @@ edits = st.fixed_dictionaries(
 @given(seed=drawing.seeds, i=st.integers(0, 2), edit=edits)
 def test_an_edit_stays_in_bounds_leaves_the_others_and_is_what_a_file_would_hold(seed, i, edit):
     setup = drawing.setup(np.random.default_rng(seed))
-    scene = paper_scene()
+    scene = Scene.paper()
     before = EditedSetup(scene, rounded(setup, scene.sensor))
     i %= len(setup.rings)
     after = before.changed(i, **edit).setup
@@ -157,21 +157,21 @@ def test_an_edit_stays_in_bounds_leaves_the_others_and_is_what_a_file_would_hold
 )
 def test_an_edit_that_means_nothing_is_refused(edit):
     with pytest.raises(ValueError, match=r"finite|no link"):
-        EditedSetup(paper_scene(), SMALL).changed(0, **edit)
+        EditedSetup(Scene.paper(), SMALL).changed(0, **edit)
 
 
 def test_rings_are_added_in_the_widest_gap_and_taken_away():
-    draft = EditedSetup(paper_scene(), SMALL).added("upper_arm")
+    draft = EditedSetup(Scene.paper(), SMALL).added("upper_arm")
     assert draft.setup.rings[-1].position == pytest.approx(0.35)
-    assert draft.removed(3).setup == rounded(SMALL, paper_scene().sensor)
+    assert draft.removed(3).setup == rounded(SMALL, Scene.paper().sensor)
     with pytest.raises(ValueError, match="one ring only"):
         draft.added("tool")
     with pytest.raises(ValueError, match="last ring"):
-        EditedSetup(paper_scene(), Setup(SMALL.rings[:1])).removed(0)
+        EditedSetup(Scene.paper(), Setup(SMALL.rings[:1])).removed(0)
 
 
 def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
-    scene = paper_scene()
+    scene = Scene.paper()
     drawn = Drawing(QuickEstimate(scene, [NEAR, ReachAndToolSpheres()]))
     choice = DrawnParts(0, NEAR, "shadow", cones="all", kinds=frozenset(range(4)))
     moved = EditedSetup(scene, SMALL).changed(1, tilt_deg=10).setup
@@ -211,8 +211,8 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
 
 @pytest.mark.parametrize("target", [NEAR, ReachAndToolSpheres(), ProtectiveVolume(), Near(0.3)])
 def test_an_outline_lies_on_its_target_and_rims_on_their_cones(target):
-    scene = paper_scene(
-        poses=(replace(paper_scene().poses[0], rate=np.full(6, 0.3)),), targets=(target,)
+    scene = Scene.paper(
+        poses=(replace(Scene.paper().poses[0], rate=np.full(6, 0.3)),), targets=(target,)
     )
     drawn, choice = (
         Drawing(QuickEstimate(scene, [target])),
@@ -233,8 +233,8 @@ def test_an_outline_lies_on_its_target_and_rims_on_their_cones(target):
 
 
 def test_bodies_are_drawn_where_the_capsules_are():
-    ur10 = paper_scene().robot
-    frames = forward(ur10.chain, paper_scene().poses[0].q)
+    ur10 = Scene.paper().robot
+    frames = forward(ur10.chain, Scene.paper().poses[0].q)
     vertices, faces = bodies(ur10, frames)
     found = robot_capsules(ur10, frames)
     t = np.clip(
@@ -249,7 +249,7 @@ def test_bodies_are_drawn_where_the_capsules_are():
 
 
 def test_nothing_of_a_file_stands_unescaped_on_the_page():
-    scene = paper_scene()
+    scene = Scene.paper()
     proofs = prove(scene, SMALL, (NEAR,), lambda *_: None, voxel=0.1, width=0.3)
     said = [
         words.heading([HOSTILE], HOSTILE, [3], [1]),
@@ -274,7 +274,7 @@ def test_nothing_of_a_file_stands_unescaped_on_the_page():
 def test_a_proof_holds_its_count():
     told = []
     (proof,) = prove(
-        paper_scene(), SMALL, (NEAR,), lambda what, over: told.append(over), voxel=0.02, width=0.03
+        Scene.paper(), SMALL, (NEAR,), lambda what, over: told.append(over), voxel=0.02, width=0.03
     )
     assert proof.certified.low - 0.002 <= proof.counted.zeta <= proof.certified.high + 0.002
     assert proof.certified.high - proof.certified.low <= 0.03
@@ -284,7 +284,7 @@ def test_a_proof_holds_its_count():
         raise JobStoppedError
 
     with pytest.raises(JobStoppedError):
-        prove(paper_scene(), SMALL, (NEAR,), stop)
+        prove(Scene.paper(), SMALL, (NEAR,), stop)
 
 
 QUICK = (Round(512, 2, 1, 4, 0.2, 4, 1),)
@@ -292,7 +292,7 @@ QUICK = (Round(512, 2, 1, 4, 0.2, 4, 1),)
 
 @pytest.mark.parametrize("start", [SMALL, named_setup("n1_8_0")])
 def test_a_search_from_here_is_never_for_worse(start):
-    scene = paper_scene()
+    scene = Scene.paper()
     found = search_from(scene, start, lambda *_: None, lambda: False, schedule=QUICK, voxel=0.04)
     verifier = Verifier(scene, 0.04)
     before, after = (verifier.judge(rounded(s, scene.sensor))[1] for s in (start, found.setup))
@@ -305,9 +305,9 @@ def test_a_search_from_here_is_never_for_worse(start):
 
 def test_a_stopped_search_gives_what_was_there():
     found = search_from(
-        paper_scene(), SMALL, lambda *_: None, lambda: True, schedule=QUICK, voxel=0.1
+        Scene.paper(), SMALL, lambda *_: None, lambda: True, schedule=QUICK, voxel=0.1
     )
-    assert (found.setup, found.better) == (rounded(SMALL, paper_scene().sensor), False)
+    assert (found.setup, found.better) == (rounded(SMALL, Scene.paper().sensor), False)
 
 
 def test_jobs_take_turns_and_stop():
@@ -347,7 +347,7 @@ def test_a_name_that_is_more_than_a_name_is_refused(name, tmp_path):
 def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unasked(tmp_path):
     with pytest.raises(UserError, match="--out"):
         file_named(None, "mine", False)
-    scene = paper_scene()
+    scene = Scene.paper()
     setup = rounded(SMALL, scene.sensor)
     path = file_named(tmp_path, "mine", False)
     save(path, setup, scene, [Verifier(scene, 0.05).verify(setup, NEAR)])
@@ -366,9 +366,9 @@ def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unaske
 
 
 def test_a_scene_with_one_target_shows_the_papers_beside_it():
-    assert shown_targets(paper_scene()) == (NEAR, FAR, ReachAndToolSpheres())
+    assert shown_targets(Scene.paper()) == (NEAR, FAR, ReachAndToolSpheres())
     two = (FAR, ToolSphere())
-    assert shown_targets(paper_scene(targets=two)) == (FAR, ToolSphere())
+    assert shown_targets(Scene.paper(targets=two)) == (FAR, ToolSphere())
 
 
 ROOM = ViewerSession(Scene(), {"a": SMALL})
