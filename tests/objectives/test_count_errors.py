@@ -42,7 +42,8 @@ def some_cell(kind, rng) -> tuple[Scene, Setup, Target]:
     pose = Pose(
         np.radians(rng.uniform([-180, -120, 20, -150, -120, 0], [180, -40, 110, -60, -60, 1]))
     )
-    scene = Scene.paper(poses=(pose,), occlusion=str(rng.choice(["ignore", "shadow", "blind"])))
+    occlusion = str(rng.choice(["ignore", "shadow", "blind"]))
+    scene = replace(Scene.paper(poses=(pose,)), occlusion=occlusion)
     target = Shell(float(rng.choice([0.3, 0.5])))
     table = slab("table", (-1, -1, -0.5), (1, 1, at_half_voxels(rng, -0.1, 0.1)))
     if kind == "table":
