@@ -1,0 +1,1 @@
+"""Detection: would a sensor notice a test piece at a place?"""
