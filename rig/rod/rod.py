@@ -52,7 +52,7 @@ _Frames = Annotated[int, Field(ge=1, le=100_000)]
 
 
 @definition
-class Detection:
+class RodCriterion:
     """Rule by which a sensor detects the rod: its median with the rod is closer than its median
     without the rod by ``sure`` standard deviations of their difference, or there was no target
     before.
@@ -107,7 +107,7 @@ def seen(
     q: Float[np.ndarray, " J"],
     points: Float[np.ndarray, "N 3"],
     rod: Rod,
-    detection: Detection,
+    detection: RodCriterion,
     alive: Bool[np.ndarray, " K"] | None = None,
 ) -> Bool[np.ndarray, " N"]:
     """Return whether any sensor detects the rod at each of N points at pose ``q`` (J,) rad.
@@ -155,7 +155,7 @@ def _by_zone(
     q: Float[np.ndarray, " J"],
     rods: Capsules,
     pairs: tuple[Int[np.ndarray, " p"], Int[np.ndarray, " p"]],
-    detection: Detection,
+    detection: RodCriterion,
     found: Bool[np.ndarray, " N"],
 ) -> None:
     """Mark in ``found`` the rods that a zone sees, of pairs of a sensor and a rod in its beam."""

@@ -33,7 +33,7 @@ from ...formats.schema.versions import Versioned
 from ...objectives.scene import Scene
 from ..poses.planned_pose import Poses, planned_poses, require_alike
 from .coverage_edge import Predicted, near_edge, places_beyond
-from .rod import Detection, Rod, placeable, seen
+from .rod import Rod, RodCriterion, placeable, seen
 
 TRIALS = 120
 VOXEL = 0.05  # m
@@ -81,7 +81,7 @@ class RodPlan:
     """Share of the target in which the rod can stand; all results refer to this part."""
     rod: Rod
     """The rod."""
-    detection: Detection
+    detection: RodCriterion
     """When a sensor detects the rod."""
     poses: Poses
     """Poses of the scene."""
@@ -210,7 +210,7 @@ def rod_zeta(
     setup: Setup,
     where: Places,
     rod: Rod,
-    detection: Detection,
+    detection: RodCriterion,
     alive: Bool[np.ndarray, " K"] | None = None,
 ) -> float:
     """Return the share of the target in which the rod is seen, by testing each of its voxels."""
@@ -246,7 +246,7 @@ def plan_rod(
     """
     if trials < 1:
         raise ValueError(f"trials must be at least 1, got {trials}")
-    rod, detection = rod or Rod(), Detection()
+    rod, detection = rod or Rod(), RodCriterion()
     where, rng = where or places(scene, target, rod), np.random.default_rng(seed)
     strata, drawn = list[Stratum](), list[Trial]()
     for i, points in enumerate(where.points):

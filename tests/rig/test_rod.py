@@ -17,7 +17,7 @@ from place_rings.rig.mount.channel_assignment import Order
 from place_rings.rig.mount.hand_sweep import waved
 from place_rings.rig.poses.planned_pose import PlannedPose
 from place_rings.rig.rod.coverage_estimate import check_rod, share
-from place_rings.rig.rod.rod import CLEAR, Detection, Rod, placeable, seen
+from place_rings.rig.rod.rod import CLEAR, Rod, RodCriterion, placeable, seen
 from place_rings.rig.rod.trial_plan import RodPlanFile, Stratum, places, plan_rod, rod_zeta
 from place_rings.rig.rod.trial_sheets import rod_pages, write_rod_pages
 from place_rings.rig.sensing.expected import ROD, expected
@@ -44,7 +44,7 @@ def plan(where):
 
 
 def test_a_rod_is_seen_where_a_sensor_returns_it_nearer_than_what_it_returned_before(where):
-    rod, detection = Rod(), Detection()
+    rod, detection = Rod(), RodCriterion()
     points = where.points[0][:: len(where.points[0]) // 60]
     alive = np.arange(SETUP.sensors) != 2
     told = seen(SCENE, SETUP, Q, points, rod, detection, alive)
@@ -65,7 +65,7 @@ def test_a_thick_rod_is_seen_where_its_middle_is_not():
     setup = named_setup("n2_16_25")
     dot, ball = (Rod(r, 1e-6) for r in (1e-4, 0.035))
     where = places(bare, TARGET, ball, 0.12)
-    shares = [rod_zeta(bare, setup, where, rod, Detection()) for rod in (dot, ball, Rod())]
+    shares = [rod_zeta(bare, setup, where, rod, RodCriterion()) for rod in (dot, ball, Rod())]
     assert shares[0] + 0.1 < shares[1] < shares[2]
 
 
@@ -97,13 +97,13 @@ def test_trials_stand_on_both_sides_of_the_edge_of_coverage(radius, half, seed):
     """In a target, and where it lacks places of a prediction, near the edge beyond it."""
     target, rod = Shell(radius), Rod(0.035, 0.1)
     where = places(SCENE, target, rod, 0.08)
-    told = seen(SCENE, SETUP, Q, where.points[0], rod, Detection())
+    told = seen(SCENE, SETUP, Q, where.points[0], rod, RodCriterion())
     some = where.points[0][told][:: max(1, int(told.sum()) // 200)]
     for points in (where.points[0], some):
         within = replace(where, points=(points,))
         plan = plan_rod(SCENE, SETUP, target, 2 * half, rod, seed=seed, where=within)
         np.testing.assert_array_equal(
-            seen(SCENE, SETUP, Q, plan.point, rod, Detection()), plan.covered
+            seen(SCENE, SETUP, Q, plan.point, rod, RodCriterion()), plan.covered
         )
         assert (plan.covered.sum(), (~plan.covered).sum()) == (half, half)
         assert placeable(SCENE, Q, plan.point, rod).all()

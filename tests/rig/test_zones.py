@@ -35,7 +35,7 @@ from place_rings.rig.recording.recording import RecordingReader
 from place_rings.rig.rings.protocol import Status
 from place_rings.rig.rings.zones import Zones
 from place_rings.rig.rod.coverage_estimate import check_rod
-from place_rings.rig.rod.rod import Detection, Rod, seen
+from place_rings.rig.rod.rod import Rod, RodCriterion, seen
 from place_rings.rig.rod.trial_plan import RodPlan, Stratum, Trial
 from place_rings.rig.sensing.expected import expected
 from place_rings.rig.sensing.noise import Noise
@@ -202,11 +202,11 @@ def test_zones_see_a_rod_beside_something_nearer():
     one = MountedSensor("base", (0, 0, 0), (1.0, 0, 0), SENSOR, (0, 0, 1.0))
     points = np.array([[1.6, -0.3, 0.0], [1.6, 0.3, 0.0]])
     rod, by_zones, whole = Rod(), Setup((), (one,)), replace(SENSOR, zones=1, use=None)
-    assert seen(scene, by_zones, q, points, rod, Detection()).tolist() == [True, False]
+    assert seen(scene, by_zones, q, points, rod, RodCriterion()).tolist() == [True, False]
     by_one = Setup((), (replace(one, sensor=whole),))
-    assert seen(scene, by_one, q, points, rod, Detection()).tolist() == [False, False]
+    assert seen(scene, by_one, q, points, rod, RodCriterion()).tolist() == [False, False]
     world = World(scene, by_zones, noise=Noise(0.0, 0.0, 0.0, 0.0))
-    plan = Mock(spec=RodPlan, detection=Detection(), joints=q[None])
+    plan = Mock(spec=RodPlan, detection=RodCriterion(), joints=q[None])
     plan.pose = np.zeros(2, int)
     plan.stratum, plan.strata = np.zeros(2, int), (Stratum(0, True, 1.0, 2),)
     plan.trials = [Trial(0, tuple(point)) for point in points.tolist()]
