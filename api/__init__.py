@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from .coverage.robots.attached import Attached
     from .coverage.robots.robot import Robot
     from .coverage.robots.separation_distance import Safety
+    from .coverage.robots.stop_times import StopTime
     from .coverage.sensors.sensor import Sensor
     from .coverage.targets.combined import DifferenceOf, IntersectionOf, UnionOf
     from .coverage.targets.named import (
@@ -103,6 +104,7 @@ __all__ = [
     "Setup",
     "Shell",
     "Sphere",
+    "StopTime",
     "StudyReport",
     "ToolSphere",
     "Trajectory",
@@ -171,6 +173,7 @@ _MODULES = {
     "coverage.robots.attached": ("Attached",),
     "coverage.robots.robot": ("Robot",),
     "coverage.robots.separation_distance": ("Safety",),
+    "coverage.robots.stop_times": ("StopTime",),
     "coverage.sensors.sensor": ("Sensor",),
     "coverage.electronics.electronics": ("Electronics",),
     "coverage.person_reach": ("Person",),

@@ -1,7 +1,7 @@
 """Detection in time: the share of approaching people that a setup reports soon enough."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ._errors import InputError, input_errors, new_files
@@ -13,6 +13,7 @@ from ._validation import SetupCall, resolve_setup
 from .coverage.definitions.definition import json_of
 from .coverage.rings.ring import Setup
 from .coverage.robots.separation_distance import stopping_time
+from .formats.stop_times import read_stop_times
 from .formats.writing import write_text
 from .objectives.scene import Scene
 from .reporting import detection_page
@@ -102,6 +103,8 @@ class SafetyReport(Placement, SimulatedApproaches):
 class SafetyCall(SafetyOptions, SetupCall):
     """A call of ``safety``."""
 
+    stop_times: str | Path | None = field(default=None, kw_only=True)
+    """CSV file of measured stops of the robot, in place of the scene's stopping times."""
     trajectory: Trajectory | None = field(default=None, kw_only=True)
     """Recorded motion of the robot; by default it stays in each of the scene's poses."""
     progress: Callable[[int, int], None] | None = field(default=None, kw_only=True)
@@ -131,6 +134,11 @@ def safety(call: SafetyCall) -> SafetyReport:
         True
     """
     name, placed, core = resolve_setup(call.setup, call.scene)
+    if call.stop_times is not None:
+        with input_errors():
+            measured = read_stop_times(Path(call.stop_times), core.robot)
+        own = replace(core.safety, stopping=None, stop_times=measured)
+        core = replace(core, safety=own)
     with input_errors("safety"):  # before any work, for a robot without a stopping time
         stopping_time(core.safety, core.robot.name, 0.0)
     if not isinstance(call.trajectory, Trajectory | None):

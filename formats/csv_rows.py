@@ -2,6 +2,7 @@
 
 import csv
 import io
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -13,9 +14,16 @@ Row = TypeVar("Row")
 
 
 def csv_rows(
-    name: str, text: str, kinds: tuple[type[Row], ...], allowed: str, above: int = 0
+    name: str,
+    text: str,
+    kinds: tuple[type[Row], ...],
+    allowed: str,
+    above: int = 0,
+    what: str = "sensor",
 ) -> list[tuple[int, Row]]:
-    """Return the rows of a list of sensors, each with the line of the file on which it ends.
+    """Return the rows of a list, each with the line of the file on which it ends.
+
+    A column of a field with a default may be absent, or empty in a row.
 
     Args:
         name: the file, for messages.
@@ -23,6 +31,7 @@ def csv_rows(
         kinds: definitions that a row may be; the columns decide which.
         allowed: the columns, for messages.
         above: lines of the file above the header.
+        what: what a row states, for messages.
 
     Raises:
         UserError: if the text is no such list, or has no row.
@@ -31,15 +40,17 @@ def csv_rows(
     try:
         reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
         columns = reader.fieldnames or ()
-        kind: Any = next((k for k in kinds if sorted(fields_of(k)) == sorted(columns)), None)
+        kind: Any = next((k for k in kinds if _fits(k, columns)), None)
         if kind is None:
             header = shown(",".join(columns) or None)
             raise UserError(f"{name}: line {above + 1}: found {header}, allowed: {allowed}")
         for fields in reader:
             where = f"{name}: line {above + reader.line_num}"
             if None in fields or None in fields.values():
-                count = len(fields_of(kind))
+                count = len(columns)
                 raise UserError(f"{where}: found the wrong number of fields, allowed: {count}")
+            must = _required(kind)
+            fields = {key: value for key, value in fields.items() if value or key in must}
             try:
                 rows.append((above + reader.line_num, adapter(kind).validate_strings(fields)))
             except ValidationError as error:
@@ -47,5 +58,16 @@ def csv_rows(
     except csv.Error as error:
         raise UserError(f"{name}: not CSV: {error}") from error
     if not rows:
-        raise UserError(f"{name}: found no sensor, allowed: one row for each sensor")
+        raise UserError(f"{name}: found no {what}, allowed: one row for each {what}")
     return rows
+
+
+def _required(kind: Any) -> set[str]:
+    """Return the fields of a definition without a default."""
+    return {name for name, field in kind.__pydantic_fields__.items() if field.is_required()}
+
+
+def _fits(kind: Any, columns: Sequence[str]) -> bool:
+    """Return whether columns are those of a definition, each once."""
+    names = set(columns)
+    return len(names) == len(columns) and _required(kind) <= names <= set(fields_of(kind))

@@ -20,6 +20,7 @@ from .schema.proposal_models import ProposalFile
 from .schema.scene_models import SceneFile
 from .schema.target_models import TargetFile
 from .schema.versions import FROM_FILE, RobotFile, SensorFile, refuse_newer
+from .stop_times import read_stop_times
 from .target_files import with_contents
 from .toml_text import toml_keys
 from .user_files import beside, read_bytes, read_text
@@ -99,7 +100,7 @@ def _with_files(
     path: Path, scene: dict[str, Any], key: str, robot: Robot | None = None
 ) -> dict[str, Any]:
     """Return the keys of a scene with the contents of the files that it names: a robot, a
-    calibration, and the meshes and weights of targets.
+    calibration, measured stops, and the meshes and weights of targets.
 
     Args:
         path: the scene's file.
@@ -115,6 +116,10 @@ def _with_files(
     if isinstance(name := scene.get("calibration"), str):
         file = beside(path, f"{key}calibration", name)
         scene["calibration"] = CalibrationTable.of(read_calibration(file, _robot_of(scene)))
+    match scene.get("safety"):
+        case {"stop_times": str() as name} as safety:
+            file = beside(path, f"{key}safety.stop_times", name)
+            scene["safety"] = safety | {"stop_times": read_stop_times(file, _robot_of(scene))}
     if isinstance(targets := scene.get("targets"), list):
         read, where = beside_of(path), f"{path}: {key}targets"
         scene["targets"] = [

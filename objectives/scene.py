@@ -467,6 +467,10 @@ def faults(scene: Scene) -> Iterator[Fault]:
     links = f"a link of {robot.name}: {', '.join(robot.links)}"
     yield from pose_faults(scene.poses, robot)
     yield from _target_faults(scene)
+    for i, stop in enumerate(scene.safety.stop_times):
+        if stop.joint not in robot.chain.joints:
+            allowed = f"a joint of {robot.name}: {', '.join(robot.chain.joints)}"
+            yield ("safety", "stop_times", i, "joint"), stop.joint, allowed
     fixed = Setup(scene.rules.fixed, scene.rules.fixed_sensors)
     yield from setup_faults(fixed, robot, scene.sensor, ("fixed", "fixed_sensors"))
     for link in scene.mounts:

@@ -13,6 +13,7 @@ from ..simulation.detection import Approaches, ApproachShare
 from ..simulation.motion_samples import STEP, Moments
 from ..simulation.safety import SafetyResult
 from .pages import table
+from .text import counted
 
 UNLISTED = (
     "The sensor is not in the catalogue: its nominal range is used, for any target and light."
@@ -65,6 +66,7 @@ def page(r: SafetyResult, command: str) -> str:
         speeds="joint speeds along the motion"
         if s.speeds_known
         else "robot_speed for all parts: joint speeds are unknown",
+        stopping=_stopping(r),
         remaining_s=max(s.reaction_s - r.period_s - r.latency_s, 0),
         reach=_reach(r),
         late_ms=1000 * (r.period_s + r.latency_s),
@@ -98,6 +100,13 @@ def _during(r: SafetyResult) -> str:
         ", while the robot moves; walks end at moments drawn uniformly from"
         f" {r.seconds_of_motion:.1f} s of motion, which repeats"
     )
+
+
+def _stopping(r: SafetyResult) -> str:
+    if not r.stops:
+        return "given, or UR10 CB3 manual 1.6.2 by speed"
+    count = sum(one.measurements for one in r.stops)
+    return f"largest of {counted(count, 'measured stop')} of the user's robot"
 
 
 def _in_the_way(r: SafetyResult) -> str:

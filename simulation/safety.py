@@ -19,6 +19,7 @@ from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.sensor_records import SensorRecord, sensor_records
 from ..coverage.robots.separation_distance import Safety, separation, stopping_time
+from ..coverage.robots.stop_times import StopCondition, by_condition
 from ..objectives.scene import Scene
 from ..objectives.separation_summary import Separations
 from ..objectives.trajectory import MotionRecord
@@ -80,6 +81,8 @@ class SafetyResult(FileRecord):
     """Shares by direction."""
     separation: Separations
     """Separation distances."""
+    stops: Items[StopCondition] = ()
+    """Measured stops of the robot by condition; empty where none were measured."""
     separation_at_report_m: float
     """Largest separation distance without period and latency, m."""
     period_s: float
@@ -232,6 +235,7 @@ def simulate(
         nearest_report_m=float(np.nanmin(first.report)) if reported.any() else None,
         by_direction=_by_direction(first, options.directions),
         separation=motion.separation(scene),
+        stops=by_condition(scene.safety.stop_times),
         separation_at_report_m=float(moments.required.max()),
         period_s=float(motion.timing.period.max()),
         latency_s=options.latency,

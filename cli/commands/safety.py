@@ -35,6 +35,16 @@ def safety(
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
     options: SafetyOptions,
+    stop_times: Annotated[
+        Path | None,
+        Parameter(
+            help=(
+                "CSV file of measured stops of the robot: the columns joint, extension_percent,"
+                " load_percent, speed_percent, stop_s, stop_rad or stop_m, repeat. The largest"
+                " stop_s is used. Default: [safety] of the scene."
+            )
+        ),
+    ] = None,
     out: Annotated[
         Path,
         Parameter(help="Output folder for README.md, safety.png, approaches.csv, safety.json."),
@@ -82,6 +92,7 @@ def safety(
             task = bar.add_task("simulating approaches", total=None)
             report = simulated(
                 ResolvedSetup(subject, setup, where),
+                stop_times=stop_times,
                 trajectory=None
                 if path is None
                 else Trajectory(None, None, path=path, degrees=motion.degrees),

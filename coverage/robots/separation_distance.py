@@ -11,9 +11,13 @@ import bisect
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from pydantic import Field
+
 from ..arrays import Numbers
-from ..definitions.definition import definition
+from ..definitions.definition import definition, refuse
+from ..definitions.field_types import Items
 from ..definitions.units import Key
+from .stop_times import StopTime, repeated
 
 WALKING = 1.6  # m/s, ISO 13855: approach speed of the whole body
 # Maximum stopping time, s, by the limit set on the TCP's speed, m/s: UR10 CB3 manual, section
@@ -38,8 +42,8 @@ class Safety:
     """T_r, reaction time, s: from the moment a sensor could see the person to the command to
     stop."""
     stopping: Annotated[float, Key("stopping_s", ge=0, le=10)] | None = None
-    """T_s, stopping time, s; default: from the robot's table, at the next speed limit above the
-    fastest part."""
+    """T_s, stopping time, s; default: the largest of stop_times, or from the robot's table, at the
+    next speed limit above the fastest part."""
     intrusion: Annotated[float, Key("intrusion_m", ge=0, le=10)] = 0.20
     """C, intrusion distance before detection, m."""
     sensor: Annotated[float, Key("sensor_uncertainty_m", ge=0, le=10)] = 0.10
@@ -48,6 +52,16 @@ class Safety:
     """Z_r, uncertainty of the robot's position, m."""
     speed: Annotated[float, Key("robot_speed", ge=0, le=20)] = 0.0
     """v_r of all parts at poses without joint speeds, m/s."""
+    stop_times: Annotated[Items[StopTime], Field(max_length=10_000)] = ()
+    """Measured stops of the robot, in place of stopping_s; in a scene's file also the name of a CSV
+    file."""
+
+    def __post_init__(self) -> None:
+        if self.stop_times and self.stopping is not None:
+            refuse([(("stopping",), self.stopping, "none beside measured stop_times")])
+        if (again := repeated(self.stop_times)) is not None:
+            where = ("stop_times", again, "repeat")
+            refuse([(where, self.stop_times[again].repeat, "once under a condition")])
 
 
 @dataclass(frozen=True)
@@ -78,18 +92,22 @@ class Terms:
 def stopping_time(safety: Safety, robot: str, fastest: float) -> float:
     """Return T_s, s, of a robot whose fastest part moves at ``fastest`` m/s.
 
-    It is the stated value or, from the robot's table, that of the next higher speed limit.
+    It is the stated value, the largest of the measured ones, or, from the robot's table, that of
+    the next higher speed limit.
 
     Raises:
         ValueError: if no value is stated and the table has none.
     """
     if safety.stopping is not None:
         return safety.stopping
+    if safety.stop_times:
+        return max(stop.stop_s for stop in safety.stop_times)
     table = STOPPING.get(robot)
     if table is None:
         known = ", ".join(STOPPING)
         raise ValueError(
-            f"robot {robot} has no stopping time: set safety.stopping_s; tables exist for {known}"
+            f"robot {robot} has no stopping time: set safety.stopping_s or safety.stop_times;"
+            f" tables exist for {known}"
         )
     place = bisect.bisect_left([limit for limit, _ in table], fastest)
     if place == len(table):

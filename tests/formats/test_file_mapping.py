@@ -17,6 +17,7 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import rotation_rpy, rpy_of
 from place_rings.coverage.robots.robot_table import RobotTable
 from place_rings.coverage.robots.separation_distance import Safety
+from place_rings.coverage.robots.stop_times import StopTime
 from place_rings.coverage.sensors.board_packing import Printing
 from place_rings.coverage.sensors.boards import Board
 from place_rings.coverage.sensors.effective_range import Use
@@ -151,10 +152,26 @@ RULES = drawn(
     standoff=numbers(0.1, 1),
     clearance=numbers(0, 0.1),
 )
-SAFETIES = drawn(
-    Safety,
-    **{field.name: LENGTHS for field in dataclasses.fields(Safety) if field.name != "stopping"},
-    stopping=st.none() | LENGTHS,
+TERMS = {
+    field.name: LENGTHS
+    for field in dataclasses.fields(Safety)
+    if field.name not in ("stopping", "stop_times")
+}
+STOPS = st.lists(
+    drawn(
+        StopTime,
+        joint=st.sampled_from(UR10.chain.joints),
+        **dict.fromkeys(("extension_percent", "load_percent"), numbers(0, 100)),
+        **dict.fromkeys(("speed_percent", "stop_s", "stop_rad"), LENGTHS),
+        stop_m=st.none() | LENGTHS,
+        repeat=st.integers(1, 99),
+    ),
+    max_size=3,
+    unique_by=lambda stop: stop.keywords["repeat"],
+)
+SAFETIES = st.one_of(
+    drawn(Safety, **TERMS, stopping=st.none() | LENGTHS),
+    drawn(Safety, **TERMS, stop_times=STOPS.map(tuple)),
 )
 MOTIONS = drawn(
     Motion,
