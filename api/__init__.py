@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ._errors import InputError
     from ._export import export
     from ._files import load, save
+    from ._firing import FiringReport, firing_schedule
     from ._improve import improve
     from ._improvement import Improvement
     from ._lift import lift_to_surface
@@ -72,6 +73,7 @@ __all__ = [
     "Cylinder",
     "DifferenceOf",
     "Electronics",
+    "FiringReport",
     "HalfSpace",
     "Implicit",
     "Improvement",
@@ -112,6 +114,7 @@ __all__ = [
     "certify",
     "coverage_fraction",
     "export",
+    "firing_schedule",
     "improve",
     "lift_to_surface",
     "load",
@@ -135,6 +138,7 @@ _MODULES = {
     "_errors": ("InputError",),
     "_export": ("export",),
     "_files": ("load", "save"),
+    "_firing": ("FiringReport", "firing_schedule"),
     "_improve": ("improve",),
     "_improvement": ("Improvement",),
     "_lift": ("lift_to_surface",),

@@ -144,7 +144,9 @@ def safety(call: SafetyCall) -> SafetyReport:
     if not isinstance(call.trajectory, Trajectory | None):
         raise InputError(f"found {call.trajectory!r}, allowed: a Trajectory", "trajectory")
     record = None if call.trajectory is None else call.trajectory.record(core.robot)
-    motion = motion_of(placed, core, record, call)
+    moving = call.scheduled and call.trajectory is not None
+    visited = core.replace(poses=call.trajectory) if moving else core
+    motion = motion_of(placed, core, record, call, visited)
     tell = call.progress or (lambda done, total: None)
     return SafetyReport(
         **vars(simulate(name, placed, core, motion, call, tell)),

@@ -24,5 +24,9 @@ Bus = Literal["auto", "direct", "multiplexer", "own"]
 """How the sensors of a ring are connected: ``direct``, each XSHUT on a pin; ``multiplexer``, each
 sensor on a channel; ``auto``, direct where the bus bears it; ``own``, with the user's own means."""
 
+Disturbance = Literal["direct", "overlap", "reflection"]
+"""Ways in which the light of a sensor reaches another, from the strictest to all: ``direct`` on its
+window, ``overlap`` of their beams, ``reflection`` on a body of the scene."""
+
 SENSOR_FRAMES = "tof_.*"
 """Regular expression that matches the names of sensor frames."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import radians
 from typing import TYPE_CHECKING, Annotated
 
-from ..coverage.choices import Law, Rule
+from ..coverage.choices import Disturbance, Law, Rule
 from ..coverage.definitions.errors import InputError
 from ..coverage.definitions.options import Draws, Number, Options, Seed, Voxel, Whole
 
@@ -78,6 +78,17 @@ class RobustnessOptions(Options):
 
         position, direction = self.position_error_mm / 1000, radians(self.direction_error_deg)
         return Mountings(position, direction, self.law, self.draws, self.seed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FiringOptions(Options):
+    """Options of a firing schedule."""
+
+    reach: Disturbance = "reflection"
+    """Which sensors may disturb each other. direct: one lights the other's window. overlap: their
+    beams overlap, too. reflection: they meet on a body of the robot or the cell, too."""
+    rate: Annotated[float | None, Number("Hz, above 0, at most 10,000", gt=0, le=10_000)] = None
+    """Rate in Hz that every sensor should keep: say which rings do, and how many sensors would."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -72,7 +72,8 @@ def page(r: SafetyResult, command: str) -> str:
         late_ms=1000 * (r.period_s + r.latency_s),
         period_ms=1000 * r.period_s,
         latency_ms=1000 * r.latency_s,
-        assumed=" (assumed: no rate is known)" if r.rate_assumed else "",
+        assumed=" by the firing schedule" * r.scheduled
+        + " (assumed: no rate is known)" * r.rate_assumed,
         occlusion=_in_the_way(r),
         sensors="\n".join(_sensors(r)),
         farther="" if far is None else f"{_farther(r, far)}\n\n",

@@ -15,11 +15,14 @@ from ..coverage.definitions.field_types import Items
 from ..coverage.definitions.records import FileRecord
 from ..coverage.definitions.units import Covered
 from ..coverage.electronics.electronics import readings_hz
+from ..coverage.electronics.frame_times import ASSUMED_HZ
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.sensor_records import SensorRecord, sensor_records
 from ..coverage.robots.separation_distance import Safety, separation, stopping_time
 from ..coverage.robots.stop_times import StopCondition, by_condition
+from ..objectives.firing.schedule import firing_schedule
+from ..objectives.options import FiringOptions
 from ..objectives.scene import Scene
 from ..objectives.separation_summary import Separations
 from ..objectives.trajectory import MotionRecord
@@ -41,7 +44,6 @@ DISCLAIMER = (
     " for protective devices (ISO 13855, ISO 10218-2, IEC 61496) must be demonstrated on the real"
     " cell by those responsible for it."
 )
-_ASSUMED_HZ = 20.0  # where no rate is known
 
 
 @definition(kw_only=True)
@@ -91,6 +93,8 @@ class SafetyResult(FileRecord):
     """Latency of a report, s."""
     rate_assumed: bool
     """Whether a rate of readings is assumed."""
+    scheduled: bool = False
+    """Whether no two sensors that may disturb each other fire together."""
     range_m: float
     """Range of the sensors, m."""
     range_needed_m: float
@@ -156,22 +160,28 @@ class SimulatedApproaches:
 
 
 def motion_of(
-    setup: Setup, scene: Scene, record: MotionRecord | None, options: SafetyOptions
+    setup: Setup,
+    scene: Scene,
+    record: MotionRecord | None,
+    options: SafetyOptions,
+    visited: Scene | None = None,
 ) -> SafetyMotion:
     """Return the moments of a motion, and the timing of the sensors.
+
+    Args:
+        setup: the sensors.
+        scene: the scene.
+        record: samples of the motion; None: the robot stays in each of the scene's poses.
+        options: options of the simulation.
+        visited: the scene with poses of the motion, for the firing schedule; None: ``scene``.
 
     The simulation accounts for period and latency; the rest of the reaction time T_r stays in S.
 
     Raises:
         InputError: for a robot without a stopping time.
     """
-    rates = [
-        options.rate or readings_hz(scene.electronics, r.sensor, r.count, r.radius)
-        for r in setup.groups
-    ]
-    period = np.repeat(
-        [1 / (rate or _ASSUMED_HZ) for rate in rates], [r.count for r in setup.groups]
-    )
+    rates, assumed = _rates(setup, scene, options, visited or scene)
+    period = np.repeat([1 / rate for rate in rates], [r.count for r in setup.groups])
     timing = Timing(period, options.latency)
     late = float(timing.spent.max())
     whole_safety = replace(scene.safety, reaction=max(scene.safety.reaction, late))
@@ -183,7 +193,21 @@ def motion_of(
             else moments_of_record(scene.robot, record, terms)
             for terms in (left, whole_safety)
         )
-    return SafetyMotion(moments, full, whole_safety, timing, any(rate is None for rate in rates))
+    return SafetyMotion(moments, full, whole_safety, timing, assumed)
+
+
+def _rates(
+    setup: Setup, scene: Scene, options: SafetyOptions, visited: Scene
+) -> tuple[list[float], bool]:
+    """Return the readings of each ring's sensors per second, and whether any is assumed."""
+    if options.scheduled:
+        rings = firing_schedule("", setup, visited, FiringOptions()).rings
+        return [r.rate_hz for r in rings], any(r.assumed for r in rings)
+    rates = [
+        options.rate or readings_hz(scene.electronics, r.sensor, r.count, r.radius)
+        for r in setup.groups
+    ]
+    return [rate or ASSUMED_HZ for rate in rates], any(rate is None for rate in rates)
 
 
 def simulate(
@@ -240,6 +264,7 @@ def simulate(
         period_s=float(motion.timing.period.max()),
         latency_s=options.latency,
         rate_assumed=motion.assumed,
+        scheduled=options.scheduled,
         range_m=range_m,
         range_needed_m=needed_m,
         range_suffices=motion.full.weight @ (needed.max(axis=1) <= range_m),

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
+from ..coverage.definitions.errors import InputError
 from ..coverage.definitions.options import Draws, Number, Options, Seed, Whole
 from ..coverage.occlusion.occlusion_mode import Occlusion
 
@@ -17,6 +18,9 @@ class SafetyOptions(Options):
     """Number of sectors around the robot in the report."""
     rate: Annotated[float | None, Number("Hz, above 0, at most 10,000", gt=0, le=10_000)] = None
     """Measurements per second. Default: those of the ring's bus or the sensor, or 20."""
+    scheduled: bool = False
+    """Let no two sensors fire together that may disturb each other: each ring has the rate of its
+    firing schedule (``place-rings schedule``), which replaces ``rate``."""
     latency: Annotated[float, Number("s, 0 to 5", ge=0, le=5)] = 0.02
     """Time from a measurement to its report, in seconds."""
     occlusion: Occlusion | None = None
@@ -25,3 +29,10 @@ class SafetyOptions(Options):
     its beam. Default: that of the scene, with shadow instead of ignore."""
     seed: Seed = 0
     """Random seed; the same seed gives the same answer."""
+
+    def __post_init__(self) -> None:
+        """Raise InputError for values out of range, or a rate beside that of the schedule."""
+        super().__post_init__()
+        if self.scheduled and self.rate is not None:
+            line = f"found {self.rate:g}, allowed: only without scheduled"
+            raise InputError(line, "rate", others=("scheduled",))

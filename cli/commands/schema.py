@@ -20,6 +20,7 @@ def schema(
             "result",
             "improve",
             "safety",
+            "schedule",
             "printing",
             "report",
             "export",

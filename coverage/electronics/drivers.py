@@ -52,6 +52,10 @@ class Driver:
     """Name of the pin that takes the sensor off the bus."""
     shortest_ms: int = 0
     """Shortest period of readings that the sketch can set, ms; 0: that of the model."""
+    firmware_bytes: int | None = None
+    """Bytes of firmware that each sensor receives at start-up; None: not known."""
+    firmware_source: str = ""
+    """Source of that number."""
     ram: int = 500
     """Memory of the controller for each sensor, bytes: an estimate."""
 
@@ -59,10 +63,13 @@ class Driver:
         """Return the bytes on the bus for one reading of all zones."""
         return self.bytes_each + self.bytes_zone * sensor.zones**2
 
+    def shortest_s(self, sensor: Sensor) -> float:
+        """Return the shortest period of readings at which the sketch runs the sensor, s."""
+        return max(1 / (MODELS[model_name(sensor)].rate_hz or math.inf), self.shortest_ms / 1000)
+
     def most_hz(self, sensor: Sensor) -> int:
         """Return the highest whole rate of readings at which the sketch runs the sensor, Hz."""
-        stated = MODELS[model_name(sensor)].rate_hz or math.inf
-        return int(min(stated, 1000 / self.shortest_ms if self.shortest_ms else math.inf))
+        return int(1 / self.shortest_s(sensor) + 1e-9)
 
 
 _ADAFRUIT = Carrier(
@@ -124,6 +131,8 @@ _ROW = (
         bytes_each=240,
         bytes_zone=20,
         enable="LPn",
+        firmware_bytes=86_000,
+        firmware_source="SparkFun, hookup guide of the VL53L5CX, example 2",
         ram=5000,
     ),
 )

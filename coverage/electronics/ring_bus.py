@@ -97,6 +97,12 @@ class RingBus:
     """Limit that it exceeds; empty if it works."""
 
 
+def transfer_s(count: int, hertz: int) -> float:
+    """Return the time of ``count`` bytes on a bus with a clock of ``hertz``, each with its
+    acknowledge bit, s."""
+    return 9 * count / hertz
+
+
 def _bus(
     driver: Driver,
     sensor: Sensor,
@@ -109,7 +115,7 @@ def _bus(
     """Return the bus of a ring at a clock of ``hertz``."""
     parts = _multiplexed if way == "multiplexer" else _direct
     segments = parts(driver, count, radius, hertz)
-    busy_ms = 9e3 * driver.bytes_of(sensor) * count / hertz
+    busy_ms = 1e3 * count * transfer_s(driver.bytes_of(sensor), hertz)
     fastest = driver.most_hz(sensor)
     usual = max(LEAST_HZ, min(USUAL_HZ, fastest, int(1000 * _MOST_BUSY / busy_ms)))
     chosen = usual if rate is None else rate

@@ -104,6 +104,8 @@ class Model:
     """Whether the raw histogram of returns can be read."""
     wavelength_nm: Annotated[float, Field(ge=200, le=20_000)] | None = None
     """Wavelength of the emitted light, nm."""
+    immune: bool = False
+    """Whether it ranges undisturbed by the light of other sensors, as by a code of its own."""
     safety: _Line = ""
     """Safety rating."""
     life_cycle: _Line = ""

@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float
 from ..arrays import Array, Index, Numbers, cross, namespace, root, rows
 from ..pytrees import tree
 from .base import Part
+from .convex_bodies import Discs
 from .tangent_bounds import TangentParts
 
 WIDE = 1.4  # rad, half angle above which no cone stands for a beam that ends in no plane
@@ -158,6 +159,10 @@ class Beams(TangentParts):
         Places run from -1 to 1 from side to side, across ``up`` and along it. The beam ends at
         ``range_m`` times the vector.
         """
+
+    @abstractmethod
+    def discs(self, k: int) -> Discs:
+        """Return discs whose hull is beam ``k`` from its apex on, or holds it."""
 
     # Pictures, exports and samples
     @abstractmethod

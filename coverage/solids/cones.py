@@ -10,6 +10,7 @@ from ..arrays import Array, Numbers, dot, namespace, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
 from .beams import WIDE, Beams, BeamShape, FromPose, Place, Places, Sizes, Ways
+from .convex_bodies import Discs
 from .quadrics import product, within
 from .tangent_bounds import Tangent, away, curvature
 from .volume_fraction import VolumeFraction
@@ -91,6 +92,11 @@ class Cones(BeamShape):
 
     def ways(self, index: Part, place: Places) -> Ways:
         raise TypeError("the nearest point in a cone has a closed form")
+
+    def discs(self, k: int) -> Discs:
+        ends = np.array([0.0, self.range_m[k]])
+        at = self.out(k, ends[:, None] * self.axis[k])
+        return Discs(at, ends * np.tan(self.half_angle[k]), self.axis[k])
 
     def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:
         height = float(self.range_m[k])

@@ -11,6 +11,7 @@ from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
 from .beams import WIDE, BeamShape, Place, Places, Sizes, Ways
 from .cones import Cones
+from .convex_bodies import Discs
 from .quadrics import plane, product, within
 from .tangent_bounds import distance_tangent
 from .volume_fraction import VolumeFraction
@@ -95,6 +96,14 @@ class Domes(BeamShape):
         turn, half = np.linspace(0, 2 * np.pi, 32, endpoint=False), float(self.half_angle[k])
         rim: np.ndarray = length * (self._cap(k, np.float64(half), turn) - self.axis[k])
         return rim
+
+    def discs(self, k: int) -> Discs:
+        """See ``Beams.discs``: the apex, the rim, and the disc in which the tangents at the rim
+        meet that at the pole."""
+        half = float(self.half_angle[k])
+        along = self.range_m[k] * np.array([0.0, np.cos(half), 1.0])
+        radius = self.range_m[k] * np.array([0.0, np.sin(half), np.tan(half / 2)])
+        return Discs(self.out(k, along[:, None] * self.axis[k]), radius, self.axis[k])
 
     def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:
         """See ``Beams.surface``: the apex and circles on the cap."""

@@ -10,10 +10,12 @@ from ..arrays import Numbers, cross, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import CubePairs, Part
 from .beams import BeamShape, Place, Places, Sizes, Ways
+from .convex_bodies import Discs
 from .tangent_bounds import Tangent, away, curvature, under_planes
 from .volume_fraction import VolumeFraction
 
 FULL = 1e-6  # rad, an opening this near to a full turn has no sides
+_TANGENTS = 4  # to the arc of a fan, in the convex body that holds it
 
 
 @tree
@@ -109,6 +111,20 @@ class Fans(BeamShape):
         turn = np.linspace(-half, half, points)[:, None]
         arc: np.ndarray = np.cos(turn) * np.asarray(self.axis[k]) + np.sin(turn) * side
         return arc
+
+    def discs(self, k: int) -> Discs:
+        """See ``Beams.discs``: the apex, the ends of the arc and the corners of tangents to it; of
+        a fan beyond a right angle the whole disc about its apex."""
+        half, up = float(self.half_angle[k]), np.asarray(self.up[k])
+        flat, way, radius = self.size[k] * up, np.zeros((1, 3)), np.array([self.range_m[k]])
+        if half <= np.pi / 2:
+            turn = np.r_[-half, half * np.linspace(-1, 1, 2 * _TANGENTS + 1)[1::2], half]
+            far = self.range_m[k] / np.r_[1, np.full(_TANGENTS, np.cos(half / _TANGENTS)), 1]
+            out = np.cos(turn)[:, None] * self.axis[k] + np.sin(turn)[:, None] * self.sides(k)[0]
+            way = np.vstack([way, far[:, None] * out])
+            radius = np.zeros(len(way))
+        both = np.concatenate([way - flat, way + flat])
+        return Discs(self.out(k, both), np.tile(radius, 2), up)
 
     def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
         """See ``Beams.corners_across``: points of the rim, at ``length`` from the apex."""

@@ -12,6 +12,7 @@ from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
 from .beams import BeamShape, Place, Places, Sizes, Ways
 from .cones import Cones
+from .convex_bodies import Discs
 from .quadrics import product, within
 from .tangent_bounds import Tangent, under_planes
 from .volume_fraction import VolumeFraction
@@ -102,6 +103,11 @@ class Frustums(BeamShape):
         radius = self.size[k] + d * np.tan(self.half_angle[k])
         rim: np.ndarray = d * np.asarray(self.axis[k]) + radius * self.across(k, turn)
         return rim
+
+    def discs(self, k: int) -> Discs:
+        ends = np.array([0.0, self.range_m[k]])
+        radius = self.size[k] + ends * np.tan(self.half_angle[k])
+        return Discs(self.out(k, ends[:, None] * self.axis[k]), radius, self.axis[k])
 
     def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:
         ends = [self._rim(k, d, sides) for d in (0.0, float(self.range_m[k]))]

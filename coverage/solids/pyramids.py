@@ -11,6 +11,7 @@ from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
 from .beams import NIL, Place, Places, Sizes, Ways
 from .cones import Cones
+from .convex_bodies import Discs
 from .quadrics import product
 from .tangent_bounds import under_planes
 from .volume_fraction import VolumeFraction
@@ -114,6 +115,10 @@ class Pyramids(Cones):
         side, up = self.sides(k)
         x, y = length * np.tan(self.half_angle[k]) * side, length * np.tan(self.size[k]) * up
         return np.array([a * x + b * y for a, b in _SIGNS])
+
+    def discs(self, k: int) -> Discs:
+        base = self.range_m[k] * self.axis[k] + self.corners_across(k, float(self.range_m[k]))
+        return Discs(self.out(k, np.vstack([np.zeros((1, 3)), base])), np.zeros(5), self.axis[k])
 
     def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         place = 2 * unit[None, :, 1:] - 1

@@ -13,6 +13,7 @@ from ..pytrees import mapped, tree
 from .base import CubePairs, Part, Points, Quadrics
 from .beams import Beams, BeamShape, FromPose, Place, Places, Sizes, Ways
 from .cones import Cones
+from .convex_bodies import Discs
 from .domes import Domes
 from .fans import Fans
 from .frustums import Frustums
@@ -220,6 +221,9 @@ class MixedBeams(Beams):
         for some, union in self.split(index):
             way[some] = union.ways(index[some], place[some])
         return way
+
+    def discs(self, k: int) -> Discs:
+        return self.alone(k).discs(k)
 
     def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
         return self.alone(k).corners_across(k, length)

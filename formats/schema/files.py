@@ -15,6 +15,7 @@ MODELS = {
     "robustness": ("..objectives.robustness", "Robustness"),
     "result": ("proposal_models", "SearchFile"),
     "improve": ("redesign_models", "ImproveResult"),
+    "schedule": ("..objectives.firing.schedule", "FiringSchedule"),
     "safety": ("..simulation.safety", "SafetyResult"),
     "report": ("written_models", "ReportResult"),
     "export": ("written_models", "ExportResult"),

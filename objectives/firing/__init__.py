@@ -1,0 +1,1 @@
+"""Which sensors disturb each other, and when each of them fires."""
