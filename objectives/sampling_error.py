@@ -77,6 +77,16 @@ class PointCount:
         5A.12). A voxel has one neighbour along each of three axes, so a third of the sum over all
         pairs estimates the variance of the summed residuals from above, for independent points.
         """
-        of_pairs = float(self.pairs @ (1.0, -2 * self.zeta, self.zeta**2)) / 3
-        variance = _TOGETHER * of_pairs + _RARE * self.largest**2
-        return min(_DEVIATIONS * math.sqrt(variance) / self.weight, 1.0)
+        return error_of(self.pairs @ (1.0, -2 * self.zeta, self.zeta**2), self.largest, self.weight)
+
+
+def error_of(of_pairs: float, largest: float, weight: float) -> float:
+    """Return the error of a share of weight: 3.3 standard deviations, at most 1.
+
+    Args:
+        of_pairs: summed squares of the differences of neighbours' residuals, along three axes.
+        largest: no voxel has a larger weight.
+        weight: summed weight of the target's voxels.
+    """
+    variance = _TOGETHER * float(of_pairs) / 3 + _RARE * largest**2
+    return min(_DEVIATIONS * math.sqrt(variance) / weight, 1.0)

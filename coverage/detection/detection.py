@@ -10,7 +10,7 @@ from pydantic import Field
 from ..definitions.definition import definition
 from ..definitions.field_types import Text
 from ..sensors.effective_range import Use, model_of, steps
-from ..sensors.sensor import Sensor
+from ..sensors.sensor import PAPER_SENSOR, Sensor
 from .law import Detectors, Extent, equal_square
 from .pieces import PIECES, TestPiece
 
@@ -49,7 +49,8 @@ def detectors(sensors: list[Sensor], detection: Detection) -> Detectors:
     Raises:
         ValueError: if no source states a range in such light.
     """
-    return Detectors(*map(np.array, zip(*(_one(s, detection) for s in sensors), strict=True)))
+    rows = [_one(s, detection) for s in (*sensors, PAPER_SENSOR)]  # columns without a sensor, too
+    return Detectors(*(np.array(column)[:-1] for column in zip(*rows, strict=True)))
 
 
 def reach(sensor: Sensor, detection: Detection) -> float:

@@ -79,6 +79,28 @@ def overlap(centre: Any, half: Any, edge: Any, zones: Any) -> Any:
     return xp.maximum(inside, 0) / width
 
 
+def sides(at: Place, of: Detectors, piece: Extent) -> tuple[tuple[Any, Any, Any, Any], ...]:
+    """Return for both directions of a beam's section: the place of a piece and its size, m; and
+    the beam's edge, a tangent, and its zones. A round beam has the piece's smaller side point to
+    the axis."""
+    xp = namespace(at.along)
+    least, most = xp.minimum(piece.width, piece.height), xp.maximum(piece.width, piece.height)
+    return (
+        (
+            xp.where(of.round, root(at.across * at.across + at.up * at.up), at.across),
+            xp.where(of.round, least, piece.width),
+            of.edge[..., 0],
+            of.zones[..., 0],
+        ),
+        (
+            xp.where(of.round, 0.0, at.up),
+            xp.where(of.round, most, piece.height),
+            of.edge[..., 1],
+            of.zones[..., 1],
+        ),
+    )
+
+
 def fill(at: Place, of: Detectors, piece: Extent) -> Any:
     """Return the share of the best zone that a test piece at ``at`` covers; 0 behind the sensor.
 
@@ -87,22 +109,9 @@ def fill(at: Place, of: Detectors, piece: Extent) -> Any:
     """
     xp = namespace(at.along)
     depth = xp.maximum(at.along, NIL)
-    across, up = at.across / depth, at.up / depth
-    wide, high = piece.width / (2 * depth), piece.height / (2 * depth)
-    aside = root(
-        across * across + up * up
-    )  # a round beam: the smaller side of the piece points to the axis
-    share = overlap(
-        xp.where(of.round, aside, across),
-        xp.where(of.round, xp.minimum(wide, high), wide),
-        of.edge[..., 0],
-        of.zones[..., 0],
-    ) * overlap(
-        xp.where(of.round, 0.0, up),
-        xp.where(of.round, xp.maximum(wide, high), high),
-        of.edge[..., 1],
-        of.zones[..., 1],
-    )
+    share: Any = 1.0
+    for place, size, edge, zones in sides(at, of, piece):
+        share = share * overlap(place / depth, size / (2 * depth), edge, zones)
     return xp.where(of.flat, xp.where(at.along > 0, share, 0.0), 1.0)
 
 
@@ -116,21 +125,31 @@ def view(outside: Any, half: Numbers) -> Any:
     return namespace(outside).clip(0.5 - outside / (2 * half), 0.0, 1.0)
 
 
-def signal(at: Place, outside: Any, of: Detectors, piece: Extent) -> Any:
-    """Return the signal s of a test piece; 0 nearer than the least distance.
+def strength(at: Place, of: Detectors, piece: Extent) -> Any:
+    """Return the signal of a test piece of which nothing is hidden; 0 nearer than the least
+    distance.
 
     Args:
         at: place of its centre in the frames of the beams, m.
-        outside: see ``view``; for beams that are not flat, of the beam as well.
         of: the sensors.
         piece: its size.
     """
+    xp = namespace(at.along)
+    near = xp.maximum(at.away, NIL)
+    s = fill(at, of, piece) * (xp.maximum(of.reach, 0.0) / near) ** 2
+    return xp.where(at.away >= of.least, s, 0.0)
+
+
+def signal(at: Place, outside: Any, of: Detectors, piece: Extent) -> Any:
+    """Return the signal s of a test piece.
+
+    Args:
+        at, of, piece: see ``strength``.
+        outside: see ``view``; for beams that are not flat, of the beam as well.
+    """
     xp = namespace(outside)
     half = xp.minimum(xp.asarray(piece.width), xp.asarray(piece.height)) / 2
-    near = xp.maximum(at.away, NIL)
-    reach = xp.maximum(of.reach, 0.0)
-    s = fill(at, of, piece) * view(outside, half) * (reach / near) ** 2
-    return xp.where(at.away >= of.least, s, 0.0)
+    return strength(at, of, piece) * view(outside, half)
 
 
 def per_frame(s: Any, of: Detectors) -> Any:

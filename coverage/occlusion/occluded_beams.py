@@ -46,6 +46,12 @@ class OccludedBeams(Parts):
         value = self._past(points, index, self.cones.part(points, index))
         return np.maximum(value, self._beyond(points, index, self.stop))
 
+    def unhidden(self, points: Array, index: Index) -> Any:
+        """Return the 1-Lipschitz function of what occluders leave to the sensors, whatever the
+        sides and ends of their beams, m; for arguments see ``Parts.part``."""
+        value = np.full(np.broadcast_shapes(points.shape[:-1], np.shape(index)), -np.inf)
+        return np.maximum(self._past(points, index, value), self._beyond(points, index, self.stop))
+
     def _beyond(self, points: Array, index: Index, stop: Array) -> Any:
         if not np.isfinite(stop).any():
             return -np.inf

@@ -61,7 +61,11 @@ class Occluders:
 
 
 def beams(
-    cones: Beams, occluders: Occluders, occlusion: Occlusion, bracketed: bool = False
+    cones: Beams,
+    occluders: Occluders,
+    occlusion: Occlusion,
+    bracketed: bool = False,
+    looks: Beams | None = None,
 ) -> Parts:
     """Return the visible parts of ``cones`` under ``occlusion``; the cones if nothing occludes.
 
@@ -74,6 +78,7 @@ def beams(
         occluders: bodies and obstacles at the same pose.
         occlusion: the model; ``ignore`` omits the robot's bodies.
         bracketed: whether to keep bounds of the first return, for the certified rule.
+        looks: cones (K,); what meets them casts shadows. None: the circumscribed cones.
     """
     bodies = occluders.bodies if occlusion != "ignore" else None
     occluders = Occluders(bodies, occluders.obstacles)
@@ -84,14 +89,12 @@ def beams(
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
     stops = live & ~np.asarray(cones.is_zoned()) & (occlusion == "blind")
     stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
-    return OccludedBeams(
-        cones, stop, late, _shadows(cones, np.flatnonzero(live & ~stops), occluders)
-    )
+    shadows = _shadows(cones, np.flatnonzero(live & ~stops), occluders, looks or around(cones))
+    return OccludedBeams(cones, stop, late, shadows)
 
 
-def _looks(cones: Beams, k: Index) -> Beam:
-    """Return the circumscribed cones of beams ``k`` (K,)."""
-    looks = around(cones)
+def _looks(looks: Beams, k: Index) -> Beam:
+    """Return the cones ``k`` (K,) of ``looks``."""
     return Beam(*(np.asarray(getattr(looks, name))[k] for name in Beam._fields))
 
 
@@ -126,7 +129,7 @@ def _stops(cones: Beams, k: np.ndarray, occluders: Occluders, bracketed: bool) -
 
     They are infinite for other sensors, and the same array if not bracketed.
     """
-    looks, stops = _looks(cones, k), []
+    looks, stops = _looks(around(cones), k), []
     for margin in (MARGIN, -MARGIN) if bracketed and len(k) else (0.0,):
         stop = np.full(len(cones), np.inf)
         if len(k):
@@ -137,14 +140,16 @@ def _stops(cones: Beams, k: np.ndarray, occluders: Occluders, bracketed: bool) -
     return stops[0], stops[-1]
 
 
-def _shadows(cones: Beams, k: np.ndarray, occluders: Occluders) -> tuple[Shadows, ...]:
-    """Return the shadows in beams ``k``."""
+def _shadows(
+    cones: Beams, k: np.ndarray, occluders: Occluders, looks: Beams
+) -> tuple[Shadows, ...]:
+    """Return the shadows in beams ``k`` of what meets their cones ``looks``."""
     if len(k) == 0:
         return ()
-    looks, bodies, wide = _looks(cones, k), occluders.bodies, 10 * MARGIN
-    apex = np.asarray(looks.apex)
-    meets = _in_capsules(capsule_gap, looks, bodies, wide) <= 0
-    met = np.isfinite(_in_obstacles(looks, occluders, wide))
+    in_cones, bodies, wide = _looks(looks, k), occluders.bodies, 10 * MARGIN
+    apex = np.asarray(cones.apex)[k]
+    meets = _in_capsules(capsule_gap, in_cones, bodies, wide) <= 0
+    met = np.isfinite(_in_obstacles(in_cones, occluders, wide))
     # no cone holds the beams of these: they take the shadows of everything
     every = np.asarray(cones.is_wide())[k]
     meets[every], met[every] = True, True

@@ -1,0 +1,249 @@
+"""The probability that sensors among occluders detect a test piece at a place.
+
+Over all places it is a function with values from 0 to 1, as a solid's is 1 inside and 0 outside.
+``Noticed`` is that function as a union of the sensors' parts: the octree drops the sensors that do
+not matter to a cell, and the mean of the function in a cube has bounds, so a guaranteed interval of
+its mean over a target is computed as that of a share covered.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..arrays import Array, Index, dot, root, rows
+from ..occlusion.occluded_beams import OccludedBeams
+from ..occlusion.occluders import Occluders, beams
+from ..occlusion.occlusion_mode import Occlusion
+from ..solids.base import CubePairs, Decision, Part, Parts, Points
+from ..solids.beams import Beams, FromPose, InBeam
+from ..solids.cones import Cones, around
+from ..solids.volume_fraction import VolumeFraction
+from .detection import Detection
+from .law import Detectors, Extent, at_least, fill, in_time, per_frame, strength, view
+from .law_bounds import strength_bounds
+
+NEGLIGIBLE = 1e-6
+"""Probability up to which a sensor is left out, and from 1 less which a place counts as certain."""
+_ENDS, _STEPS = (1e-9, 1e4), 60  # of signals and depths (m), and bisections between
+
+
+class Chances(NamedTuple):
+    """Bounds of the probability that sensors detect a piece in balls, for P pairs of both."""
+
+    low: Float[np.ndarray, " P"]
+    """Lower bounds."""
+    high: Float[np.ndarray, " P"]
+    """Upper bounds."""
+    matters: Bool[np.ndarray, " P"]
+    """Where the upper bound exceeds ``NEGLIGIBLE``."""
+    in_view: Bool[np.ndarray, " P"]
+    """Where nothing of the piece is hidden; not sought where the sensor does not matter."""
+
+
+@dataclass(frozen=True)
+class Noticed(Parts):
+    """Places by the probability that at least ``at_least`` of K sensors detect a piece there."""
+
+    cones: Beams
+    """Beams of the sensors; cones and pyramids end where the piece is no longer detected."""
+    up: Float[np.ndarray, "K 3"]
+    """Unit vectors across the axes, those of the beams that have one."""
+    seen: Parts
+    """What occluders leave of the beams; the beams themselves without occluders."""
+    of: Detectors
+    """What the sensors need."""
+    extent: Extent
+    """Size of the piece, m."""
+    at_least: int
+    """Number of sensors that must detect it."""
+    faint: Float[np.ndarray, " K"]
+    """Signals of the probability ``NEGLIGIBLE``."""
+
+    def __len__(self) -> int:
+        return len(self.cones)
+
+    def part(self, points: Array, index: Index) -> Any:
+        """Return the function of a ball about the apex beyond which the sensor detects nothing."""
+        v = points - rows(self.cones.apex, index)
+        return root(dot(v, v)) - self._farthest[index]
+
+    @property
+    def _half(self) -> float:
+        """Half of the piece's smaller side, m."""
+        return float(np.minimum(self.extent.width, self.extent.height)) / 2
+
+    @property
+    def _farthest(self) -> Float[np.ndarray, " K"]:
+        """Distance from the apex up to which the sensors may detect the piece, m."""
+        half = np.hypot(self.extent.width, self.extent.height) / 2
+        looks = around(self.cones)
+        edge = np.hypot(looks.range_m, looks.range_m * np.tan(looks.half_angle) + half)
+        beyond = half if self.cones.size is None else half + self.cones.size
+        return np.where(self.of.flat, edge, self.cones.range_m + beyond)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        live = self.cones.range_m > 0
+        if not live.any():
+            return np.zeros((2, 3))
+        apex, reach = self.cones.apex[live], self._farthest[live, None]
+        return np.stack([(apex - reach).min(axis=0), (apex + reach).max(axis=0)])
+
+    def _of(self, index: Int[np.ndarray, " P"]) -> Detectors:
+        return Detectors(*(a[index] for a in self.of))
+
+    def _place(self, points: Array, index: Int[np.ndarray, " P"]) -> FromPose:
+        """Return the places of points (..., P, 3) m in the beams of sensors (P,)."""
+        apex, axis, up = (rows(a, index) for a in (self.cones.apex, self.cones.axis, self.up))
+        return FromPose(points, apex, axis, up)
+
+    def _outside(self, points: Points, index: Int[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
+        """Return the function of what is in view of sensors at points, m."""
+        outside = np.full(len(index), -np.inf)
+        if isinstance(self.seen, OccludedBeams):
+            outside = self.seen.unhidden(points, index)
+        edged = np.flatnonzero(~self.of.flat[index])
+        if len(edged):
+            value = self.cones.part(rows(points, edged), index[edged])
+            outside[edged] = np.maximum(outside[edged], value)
+        return outside
+
+    def _chance(self, s: Any, index: Int[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
+        of = self._of(index)
+        p: np.ndarray = in_time(per_frame(s, of), of)
+        return p
+
+    def chance(
+        self,
+        points: Float[np.ndarray, "Q P 3"],
+        index: Int[np.ndarray, " P"],
+        in_view: Bool[np.ndarray, " P"],
+    ) -> Float[np.ndarray, "Q P"]:
+        """Return the probability that sensors detect a piece in time, Q places for each.
+
+        Args:
+            points: places, m.
+            index: the sensors.
+            in_view: for which of them nothing is hidden at all these places.
+        """
+        s = strength(self._place(points, index), self._of(index), self.extent)
+        bright = s > self.faint[index]
+        hidden = np.nonzero(bright & ~in_view)
+        s[hidden] *= view(self._outside(points[hidden], index[hidden[1]]), self._half)
+        p = np.zeros_like(s)
+        p[bright] = self._chance(s[bright], index[np.nonzero(bright)[1]])
+        return p
+
+    def chances(self, points: Points, index: Int[np.ndarray, " P"], reach: float) -> Chances:
+        """Return bounds of ``chance`` in balls of radius ``reach`` m about points."""
+        low, high = strength_bounds(self._place(points, index), self._of(index), self.extent, reach)
+        some, in_view = np.flatnonzero(high > self.faint[index]), np.ones(len(index), bool)
+        for s in (low, high):
+            s[s <= self.faint[index]] = 0.0
+        outside = self._outside(rows(points, some), index[some])
+        low[some] *= view(outside + reach, self._half)
+        high[some] *= view(outside - reach, self._half)
+        in_view[some] = outside + reach <= -self._half
+        matters = high > self.faint[index]
+        return Chances(self._chance(low, index), self._chance(high, index), matters, in_view)
+
+    def together(
+        self, chance: Float[np.ndarray, "*Q P"], cell: Int[np.ndarray, " P"], cells: int
+    ) -> Float[np.ndarray, "*Q C"]:
+        """Return the probability that enough sensors detect the piece in each cell, from those of
+        pairs of an ascending cell and a sensor."""
+        count = np.bincount(cell, minlength=cells)
+        rank = np.arange(len(cell)) - np.repeat(np.cumsum(count) - count, count)
+        each = np.zeros((max(count.max(initial=0), 1), *chance.shape[:-1], cells))
+        each[rank, ..., cell] = np.moveaxis(chance, -1, 0)
+        p: np.ndarray = np.clip(at_least(self.at_least, np.moveaxis(each, 0, -1)), 0.0, 1.0)
+        return p
+
+    def at(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
+        """Return the probability that enough sensors detect a piece at points, m."""
+        point, sensor = np.divmod(np.arange(len(points) * len(self)), max(len(self), 1))
+        matters = self.chances(rows(points, point), sensor, 0.0).matters
+        point, sensor = point[matters], sensor[matters]
+        open_ = np.zeros(len(point), bool)
+        return self.together(self.chance(points[None, point], sensor, open_), point, len(points))[0]
+
+    def decide(self, points: Points, cell: Part, index: Part, reach: float) -> Decision:
+        """See ``Parts.decide``: a sensor matters that may detect the piece in the ball; none makes
+        it certain in the whole ball."""
+        return self.chances(points, index, reach).matters, np.zeros(len(index), bool)
+
+    def shares(self, pairs: CubePairs) -> VolumeFraction:
+        """Return bounds of the mean probability in each cube, up to the sensors left out; as those
+        of a share, they combine with the shares of other solids."""
+        each = self.chances(pairs.points, pairs.part, 3**0.5 / 2 * pairs.side + pairs.slack)
+        low, high = (self.together(p, pairs.cell, pairs.cubes) for p in (each.low, each.high))
+        return VolumeFraction(low, high)
+
+
+def noticed(
+    cones: Beams, occluders: Occluders, occlusion: Occlusion, of: Detectors, detection: Detection
+) -> Noticed:
+    """Return where sensors detect a test piece among occluders.
+
+    Args:
+        cones: beams of K sensors, 64-bit NumPy.
+        occluders: bodies and obstacles at the same pose.
+        occlusion: the model of occlusion.
+        of: what the sensors need, of the same order.
+        detection: the piece, and how many sensors must detect it.
+    """
+    extent, r = detection.extent, detection.piece.half
+    faint = _faint(of)
+    farthest = _farthest(of, extent, faint)
+    up = np.asarray(cones.sides(np.arange(len(cones)))[1])
+    cones = replace(cones, range_m=np.where(of.flat, farthest, cones.range_m))
+    # Seen from an apex outside a convex body K, what K hides meets a convex set that holds the apex
+    # just if K does. That set holds the places from which the piece reaches into the beam, and all
+    # within r of them, where the shadow may hide a part of it: a cone moved back along its axis.
+    looks = around(cones)
+    edge = np.where(of.flat, np.hypot(extent.width, extent.height) / 2, 0.0)
+    cosine, tangent = np.cos(looks.half_angle), np.tan(looks.half_angle)
+    back = (edge + r / cosine) / tangent
+    looks = Cones(
+        looks.apex - back[:, None] * looks.axis,
+        looks.axis,
+        looks.half_angle,
+        looks.range_m + back + r,
+    )
+    seen = beams(cones, occluders, occlusion, looks=looks)
+    if isinstance(seen, OccludedBeams):  # a sensor inside a body sees nothing
+        cones = seen.cones
+        of = of._replace(reach=np.where(cones.range_m > 0, of.reach, -np.inf))
+    return Noticed(cones, up, seen, of, extent, detection.at_least, faint)
+
+
+def _faint(of: Detectors) -> Float[np.ndarray, " K"]:
+    """Return the signals of the probability ``NEGLIGIBLE``, from below."""
+    return _last(lambda s: in_time(per_frame(s, of), of) <= NEGLIGIBLE, len(of.reach))[0]
+
+
+def _farthest(
+    of: Detectors, piece: Extent, faint: Float[np.ndarray, " K"]
+) -> Float[np.ndarray, " K"]:
+    """Return the depth up to which sensors may detect a piece, m: that in the centre of a zone, for
+    the law falls with the depth."""
+    aside = np.where(of.zones % 2 == 0, of.edge / of.zones, 0.0)
+
+    def bright(d: Any) -> Any:
+        share = fill(InBeam(d, aside[:, 0] * d, aside[:, 1] * d), of, piece)
+        return share * (np.maximum(of.reach, 0.0) / d) ** 2 > faint
+
+    return _last(bright, len(of.reach))[1]
+
+
+def _last(holds: Callable[[Any], Any], count: int) -> tuple[Any, Any]:
+    """Return neighbouring values (count,), at the first of which ``holds`` is true and at the
+    second not, for what holds up to a value between the ends."""
+    low, high = (np.full(count, end) for end in _ENDS)
+    for _ in range(_STEPS):
+        middle = np.sqrt(low * high)
+        more = holds(middle)
+        low, high = np.where(more, middle, low), np.where(more, high, middle)
+    return low, high

@@ -1,0 +1,188 @@
+"""Zeta of detection: the expected share of a target in which a test piece is detected in time."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ..coverage.detection.detection import Detection, detectors
+from ..coverage.detection.noticed import NEGLIGIBLE, Noticed, noticed
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.targets.target import Target
+from ..coverage.voxels.certified_bounds import bracket
+from ..coverage.voxels.octree_cells import Cells, Region, first_cells
+from ..coverage.voxels.sample_points import points_in_blocks
+from ..coverage.voxels.voxel_bitmask import LEVEL, VOXELS
+from ..coverage.voxels.voxel_set import VoxelSet, centre
+from ..coverage.weight_field import WeightField
+from .occlusion import occluders
+from .sampling_error import error_of
+from .scene import Scene
+from .verified import PoseZeta
+from .verify import Verifier
+
+_CHUNK = 1 << 12  # pairs of a block and a sensor evaluated at once, at 64 points each
+_BITS = np.arange(VOXELS, dtype=np.uint64)[:, None]
+
+
+def noticed_in(scene: Scene, setup: Setup, pose: int, detection: Detection) -> Noticed:
+    """Return where a setup and the cell's sensors detect a test piece at a pose of a scene.
+
+    Raises:
+        ValueError: if no source states a sensor's range in such light.
+        BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
+    """
+    q, placed = scene.poses[pose].q, scene.with_cell(setup)
+    of = detectors([group.sensor for group in placed.groups for _ in range(group.count)], detection)
+    cones = sensor_cones(scene.robot, placed, q)
+    return noticed(cones, occluders(scene, q), scene.occlusion, of, detection)
+
+
+@dataclass
+class ExpectedCount:
+    """Sums over a target's voxels."""
+
+    voxels: int = 0
+    """Number of voxels."""
+    weight: float = 0.0
+    """Summed weight."""
+    detected: float = 0.0
+    """Summed weight times the probability that the piece is detected."""
+    largest: float = 0.0
+    """No voxel has a larger weight."""
+    pairs: Float[np.ndarray, " 3"] = field(default_factory=lambda: np.zeros(3))
+    """Over pairs of neighbours, with the difference a of weight times probability and the
+    difference b of weight, both 0 outside the target: summed a², ab and b²."""
+
+    @property
+    def zeta(self) -> float:
+        """Expected share, in [0, 1]."""
+        return min(self.detected / self.weight, 1.0)
+
+    @property
+    def error(self) -> float:
+        """Error of the share that sample points give: 3.3 standard deviations.
+
+        It is computed as that of a covered share (``PointCount.error``): the residual of a voxel is
+        its weight times (probability - zeta).
+        """
+        squares = self.pairs @ (1.0, -2 * self.zeta, self.zeta**2)
+        return error_of(max(squares, 0.0), self.largest, self.weight)
+
+
+def count_expected(
+    noticed: Noticed,
+    wanted: VoxelSet,
+    rule: str,
+    weights: WeightField | None,
+    start: Cells,
+    count: ExpectedCount,
+) -> None:
+    """Add the voxels of a target, each judged at its point, to a count.
+
+    Sensors whose probability is at most ``NEGLIGIBLE`` in a whole cell of the octree are left out
+    there, and a block of 64 voxels in which bounds of the probability differ by no more is counted
+    by their mean. So each voxel's probability is exact to ``NEGLIGIBLE`` for every sensor.
+
+    Args:
+        noticed: the sensors.
+        wanted: the voxels.
+        rule: ``sampled`` or ``centre``.
+        weights: the target's weights, if it has any.
+        start: octree cells that hold the voxels, paired with all sensors.
+        count: the sums.
+    """
+    count.voxels += len(wanted)
+    if weights is None:
+        count.weight += len(wanted)
+        count.largest = 1.0
+        count.pairs[2] += wanted.differing
+    for blocks in _blocks(noticed, wanted, start, keep=weights is not None):
+        points = points_in_blocks(blocks.numbers, wanted.voxel, rule == "sampled")
+        inside = wanted.words(blocks.key) >> _BITS & np.uint64(1)  # (64, B)
+        weight = inside.astype(float)
+        if weights is not None:
+            weight *= weights.levels_at(points.reshape(-1, 3)).reshape(weight.shape)
+            count.weight += float(weight.sum())
+            count.largest = max(count.largest, float(weight.max(initial=0.0)))
+        detected = weight * _probability(noticed, blocks, points, wanted.voxel)
+        count.detected += float(detected.sum())
+        for axis in range(3):  # bits 0, 1 and 2 of a voxel's number tell partners apart
+            a, b = (np.diff(v.reshape(8, 2, 2, 2, -1), axis=3 - axis) for v in (detected, weight))
+            count.pairs[:2] += (a * a).sum(), (a * b).sum()
+            if weights is not None:
+                count.pairs[2] += (b * b).sum()
+
+
+def _blocks(noticed: Noticed, wanted: VoxelSet, start: Cells, keep: bool) -> Iterator[Cells]:
+    """Yield blocks of 4 x 4 x 4 voxels with a wanted one, paired with the sensors that may detect
+    the piece in them; blocks without such a sensor only with ``keep``."""
+    stack = [start]
+    while stack:
+        for cells in stack.pop().slices(_CHUNK):
+            cells = cells.only(wanted.count_in(cells.key, 1 << 3 * cells.level) > 0)
+            (cell, part), reach = cells.pairs[0], 3**0.5 / 2 * wanted.voxel * (1 << cells.level)
+            at = centre(cells.numbers, cells.level, wanted.voxel)[cell]
+            matters, _ = noticed.decide(at, cell, part, reach)
+            cells = cells.left(((cell[matters], part[matters]),), cells.mark)
+            if not keep:
+                cells = cells.only(np.bincount(cells.pairs[0][0], minlength=len(cells)) > 0)
+            if len(cells) and cells.level > LEVEL:
+                stack.append(cells.children())
+            elif len(cells):
+                yield cells
+
+
+def _probability(
+    noticed: Noticed, blocks: Cells, points: Float[np.ndarray, "64 B 3"], voxel: float
+) -> Float[np.ndarray, "64 B"]:
+    """Return the probability of detection at the points of blocks' voxels."""
+    (cell, sensor), count = blocks.pairs[0], len(blocks)
+    middle = centre(blocks.numbers, LEVEL, voxel)[cell]
+    each = noticed.chances(middle, sensor, 3**0.5 / 2 * voxel * (1 << LEVEL))
+    low, high = (noticed.together(p, cell, count) for p in (each.low, each.high))
+    value = np.broadcast_to((low + high) / 2, points.shape[:2]).copy()
+    open_ = high - low > NEGLIGIBLE
+    if open_.any():
+        pairs, number = np.flatnonzero(open_[cell]), np.cumsum(open_) - 1
+        cell, sensor = cell[pairs], sensor[pairs]
+        chance = noticed.chance(points[:, cell], sensor, each.in_view[pairs])
+        value[:, open_] = noticed.together(chance, number[cell], int(open_.sum()))
+    return value
+
+
+def at_pose(
+    verifier: Verifier, setup: Setup, target: Target, pose: int, detection: Detection
+) -> PoseZeta:
+    """Return zeta of detection at a pose, by the rule and on the voxels of ``verifier``.
+
+    Under the rule ``certified`` the interval holds the mean of the law over the target.
+
+    Raises:
+        ValueError: as ``Verifier.verify``; for the rule ``touch``; in light without a figure.
+    """
+    scene = verifier.scene
+    law, weight = noticed_in(scene, setup, pose, detection), float(scene.pose_weights[pose])
+    if verifier.rule == "certified":
+        verifier.at(pose)
+        solid = scene.solid(target, pose)
+        b = bracket(solid, law, verifier.width, verifier.voxel, verifier.tell, target.importance)
+        # what was left out: a sensor adds at most its own probability
+        low, high = b.low, min(b.high + len(law) * NEGLIGIBLE, 1.0)
+        return PoseZeta(weight, (low + high) / 2, low, high, (high - low) / 2, bounds=b)
+    voxel, count = verifier.point_voxel, ExpectedCount()
+    for wanted, region in verifier.pieces(target, pose):
+        start = _start(law, scene.solid(target, pose).bounds(), voxel, region)
+        count_expected(law, wanted, verifier.rule, target.importance, start, count)
+    error = count.error if verifier.rule == "sampled" else None
+    return PoseZeta(weight, count.zeta, error=error, target_voxels=count.voxels)
+
+
+def _start(law: Noticed, box: Any, voxel: float, region: Region | None) -> Cells:
+    """Return octree cells of a target, paired with all sensors."""
+    if region is not None:
+        return region.start([law], 0, LEVEL)
+    return first_cells([law], box, voxel, 0, LEVEL)

@@ -1,0 +1,283 @@
+"""Zeta of detection: against a plain loop over voxels and sensors, limits, laws and bad input."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.detection.detection import Detection, detectors
+from place_rings.coverage.detection.noticed import NEGLIGIBLE, noticed
+from place_rings.coverage.detection.pieces import PIECES
+from place_rings.coverage.occlusion.first_return import Beam, capsule_in_beam
+from place_rings.coverage.occlusion.occluders import beams
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import Sensor, effective
+from place_rings.coverage.solids.capsule_shadows import behind, capsule_shadow
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.targets.own import Box
+from place_rings.coverage.voxels.sample_points import samples_of
+from place_rings.coverage.voxels.voxel_set import ranges
+from place_rings.coverage.weight_field import WeightField
+from place_rings.objectives.detection_share import at_pose, noticed_in
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import Scene
+from place_rings.objectives.verify import EmptyTargetError, Verifier
+from scipy.stats import norm
+
+from ..strategies.scenes import CELLS, NEAR, scenes
+
+POSE = Pose(np.radians([0.0, -60, 80, -110, -90, 0]))
+PYRAMID = Sensor(math.radians(40), 1.2, None, math.radians(30), 4)
+CATALOGUE = effective(Use("vl53l5cx", "dark")).sensor
+BOX = Box((0.8, 0.6, 0.8), (0.5, 0.1, 0.5))
+
+
+def scene_of(occlusion="shadow", target=BOX, **keys):
+    return replace(Scene.paper(poses=(POSE,)), occlusion=occlusion, targets=(target,), **keys)
+
+
+def setup_of(*sensors, count=6):
+    places = (("upper_arm", 0.6, 0.3), ("forearm", 0.5, -0.2), ("forearm", 0.9, 0.0))
+    return Setup(
+        tuple(
+            Ring(link, where, count, tilt=tilt, sensor=sensor)
+            for (link, where, tilt), sensor in zip(places, sensors, strict=False)
+        )
+    )
+
+
+def zeta(scene, setup, detection, voxel=0.1, rule="sampled"):
+    return at_pose(Verifier(scene, voxel, rule), setup, scene.targets[0].target, 0, detection)
+
+
+def plain_chance(scene, setup, detection, points):
+    """The probability at each point by loops over points, sensors, zones and all bodies."""
+    q = scene.poses[0].q
+    cones, piece = sensor_cones(scene.robot, setup, q), detection.piece
+    of = detectors([g.sensor for g in setup.groups for _ in range(g.count)], detection)
+    bodies = robot_capsules(scene.robot, forward(scene.robot.chain, q))
+    ups = np.asarray(cones.sides(np.arange(len(cones)))[1])
+    r, result = min(piece.width_m, piece.height_m) / 2, []
+    hide = [hiding(scene, cones, k, bodies) for k in range(len(cones))]
+    for point in points:
+        tail = np.array([1.0])  # probabilities of 0, 1, ... sensors
+        for k in range(len(cones)):
+            v, axis, up = point - cones.apex[k], cones.axis[k], ups[k]
+            d, x, y = v @ axis, v @ np.cross(up, axis), v @ up
+            hidden = max((function(point) for function in hide[k]), default=-np.inf)
+            share = best_zone(x / d, y / d, piece, d, [a[k] for a in of]) if d > 0 else 0.0
+            view = min(max(0.5 - hidden / (2 * r), 0.0), 1.0)
+            s = share * view * (of.reach[k] / np.linalg.norm(v)) ** 2
+            s *= np.linalg.norm(v) >= of.least[k]
+            b, z = of.threshold[k], of.quantile[k]
+            p = 1 - norm.cdf(b - s * (b + z)) / norm.cdf(b)
+            p = 1 - (1 - p) ** of.frames[k]
+            tail = np.convolve(tail, [1 - p, p])
+        result.append(tail[detection.at_least :].sum())
+    return np.array(result)
+
+
+def hiding(scene, cones, k, bodies):
+    """Functions of a point that are negative where a body leaves it in view of sensor ``k``."""
+    apex, axis, functions = cones.apex[k], cones.axis[k], []
+    single = not bool(np.asarray(cones.is_zoned())[k])
+    for i in range(len(bodies.radius)) if scene.occlusion != "ignore" else ():
+        ends = bodies.start[i], bodies.end[i], bodies.radius[i]
+        if scene.occlusion == "blind" and single:
+            half = np.asarray(cones.outer_angle())[k]
+            stop = float(capsule_in_beam(Beam(apex, axis, half, np.array(20.0)), *ends)[0])
+            functions.append(lambda p, stop=stop: np.linalg.norm(p - apex) - stop)
+        else:
+            shadow = capsule_shadow(apex, *ends)
+            functions.append(lambda p, shadow=shadow: -float(behind(p, shadow)))
+    return functions
+
+
+def best_zone(u, v, piece, d, of):
+    """The largest share of a zone that a piece covers, over all zones."""
+    edge, zones, round_beam = of[0], of[1].astype(int), of[2]
+    w, h = piece.width_m / d, piece.height_m / d
+    if round_beam:
+        u, v, w, h = math.hypot(u, v), 0.0, min(w, h), max(w, h)
+    share = 1.0
+    for middle, size, half, n in ((u, w, edge[0], zones[0]), (v, h, edge[1], zones[1])):
+        ends = np.linspace(-half, half, n + 1)
+        inside = np.minimum(middle + size / 2, ends[1:]) - np.maximum(middle - size / 2, ends[:-1])
+        share *= max(inside.max(), 0.0) / (2 * half / n)
+    return share
+
+
+@pytest.mark.parametrize(
+    ("occlusion", "rule", "detection"),
+    [
+        ("ignore", "sampled", Detection(PIECES["hand"])),
+        ("shadow", "centre", Detection(PIECES["torso"], at_least=2, seconds=0.5)),
+        ("blind", "sampled", Detection(PIECES["torso"])),
+    ],
+)
+def test_is_the_mean_of_a_plain_loop(occlusion, rule, detection):
+    scene, setup = scene_of(occlusion), setup_of(PYRAMID, Sensor(math.radians(30)), CATALOGUE)
+    verifier = Verifier(scene, 0.2, rule)
+    (wanted, _), *_ = verifier.pieces(BOX, 0)
+    points = wanted.centres()
+    if rule == "sampled":
+        points = samples_of(ranges(wanted.start, wanted.stop), 0.2)
+    plain = plain_chance(scene, setup, detection, points)
+    assert 0.01 < plain.mean() < 0.99
+    counted = at_pose(verifier, setup, BOX, 0, detection)
+    assert counted.target_voxels == len(points)
+    assert abs(counted.zeta - plain.mean()) <= 18 * NEGLIGIBLE
+    law = noticed_in(scene, setup, 0, detection)
+    assert np.abs(law.at(points) - plain).max() <= 18 * NEGLIGIBLE
+
+
+SEEDS = st.integers(0, 2**32)
+
+
+@given(scenes(targets=NEAR, obstacles=CELLS), st.sampled_from(sorted(PIECES)), SEEDS)
+@settings(max_examples=25)
+def test_bounds_hold_in_every_ball_and_no_shadow_is_lost(drawn, name, seed):
+    """Also where a body beyond the sides of a beam hides a part of the piece in it."""
+    detection, rng = Detection(PIECES[name]), np.random.default_rng(seed)
+    sensors = [g.sensor for g in drawn.setup.groups for _ in range(g.count)]
+    if not sensors:
+        return
+    of = detectors(sensors, detection)
+    law = noticed(drawn.cones, drawn.occluders, "shadow", of, detection)
+    index = rng.integers(0, len(law), 400)
+    middle = law.cones.apex[index] + law.cones.axis[index] * rng.uniform(0, 1.5, (400, 1))
+    middle += rng.normal(0, 0.2, (400, 3))
+    reach = float(rng.choice([0.002, 0.02, 0.2]))
+    bounds = law.chances(middle, index, reach)
+    way = rng.normal(size=(20, 400, 3))
+    way /= np.linalg.norm(way, axis=-1, keepdims=True)
+    points = middle + reach * way * rng.random((20, 400, 1)) ** (1 / 3)
+    chance = law.chance(points, index, np.zeros(400, bool))
+    assert (bounds.low - 1e-12 <= chance).all()
+    assert (chance <= bounds.high + NEGLIGIBLE + 1e-12).all()
+    assert np.array_equal(chance, law.chance(points, index, bounds.in_view))
+    everywhere = Cones(
+        law.cones.apex - 100 * law.cones.axis,
+        law.cones.axis,
+        np.full(len(law), 1.4),
+        np.full(len(law), 300.0),
+    )
+    seen = beams(law.cones, drawn.occluders, "shadow", looks=everywhere)
+    assert np.array_equal(
+        chance, replace(law, seen=seen).chance(points, index, np.zeros(400, bool))
+    )
+
+
+@given(scenes(targets=NEAR, obstacles=CELLS), st.sampled_from(["shadow", "blind"]), SEEDS)
+@settings(max_examples=25)
+def test_in_the_limit_places_in_view_are_certain_and_others_impossible(drawn, occlusion, seed):
+    """A piece of 1 mm, so bright that any part of it suffices, but within its diagonal of the
+    surface of what is in view."""
+    detection = Detection(replace(PIECES["hand"], width_m=1e-3, height_m=1e-3))
+    rng = np.random.default_rng(seed)
+    sensors = [replace(g.sensor, near_m=0.0) for g in drawn.setup.groups for _ in range(g.count)]
+    if not sensors:
+        return
+    of = detectors(sensors, detection)
+    of = of._replace(reach=np.full(len(sensors), 1e5), least=np.zeros(len(sensors)))
+    law = noticed(drawn.cones, drawn.occluders, occlusion, of, detection)
+    square = np.flatnonzero(~(of.flat & of.round))  # a round beam counts as a square as large
+    if len(square) == 0:
+        return
+    index = rng.choice(square, 1000)
+    points = law.cones.apex[index] + rng.normal(0, 0.5, (1000, 3))
+    value = beams(law.cones, drawn.occluders, occlusion).part(points, index)
+    chance = law.chance(points[None], index, np.zeros(1000, bool))[0]
+    diagonal = 1e-3 * 2**0.5
+    assert (chance[value <= -diagonal] >= 1 - 1e-6).all()
+    assert (chance[value > diagonal] == 0).all()
+
+
+LARGER = {
+    "range": lambda s, d: (s.with_sensors(lambda x: replace(x, range_m=1.3 * x.range_m)), d),
+    "reflectance": lambda s, d: (s, replace(d, piece=replace(d.piece, reflectance=0.9))),
+    "size": lambda s, d: (s, replace(d, piece=replace(d.piece, width_m=1.2 * d.piece.width_m))),
+    "time": lambda s, d: (s, replace(d, seconds=2 * d.seconds)),
+    "k": lambda s, d: (s, replace(d, at_least=d.at_least - 1)),
+}
+
+
+@given(
+    st.sampled_from(sorted(LARGER)),
+    st.sampled_from(sorted(PIECES)),
+    st.integers(2, 4),
+    st.sampled_from(["ignore", "shadow", "blind"]),
+    st.lists(st.integers(10, 60), min_size=2, max_size=3),
+)
+@settings(max_examples=30)
+def test_grows_with_each_of_its_causes(cause, name, k, occlusion, fov_deg):
+    if cause == "size":  # a shadow hides more of what is larger
+        occlusion = "ignore"
+    sensors = [Sensor(math.radians(f), 1.0, None, math.radians(f / 2), 3) for f in fov_deg]
+    scene, setup = scene_of(occlusion), setup_of(*sensors)
+    detection = Detection(PIECES[name], at_least=k)
+    more_setup, more = LARGER[cause](setup, detection)
+    less, more = zeta(scene, setup, detection).zeta, zeta(scene, more_setup, more).zeta
+    assert 0 <= less <= more + 18 * NEGLIGIBLE <= 1 + 18 * NEGLIGIBLE
+
+
+def test_falls_with_light_and_unknown_light_is_refused():
+    scene, setup = scene_of(), setup_of(CATALOGUE)
+    dark, bright = (
+        zeta(scene, setup, Detection(PIECES["hand"], light)).zeta for light in ("dark", "5klx")
+    )
+    assert dark > bright > 0
+    with pytest.raises(ValueError, match="500klx"):
+        zeta(scene, setup, Detection(PIECES["hand"], "500klx"))
+
+
+def test_an_empty_setup_detects_nothing_and_an_empty_target_is_refused():
+    assert zeta(scene_of(), Setup(()), Detection()).zeta == 0
+    with pytest.raises(EmptyTargetError):
+        zeta(
+            scene_of(target=Box((1e-3, 1e-3, 1e-3), (0.5, 0, 0.5))), setup_of(PYRAMID), Detection()
+        )
+    with pytest.raises(ValueError, match="touch"):
+        zeta(scene_of(), setup_of(PYRAMID), Detection(), rule="touch")
+
+
+def test_weights_count_and_equal_weights_change_nothing():
+    setup, low = setup_of(PYRAMID, CATALOGUE), np.array([0.1, -0.2, 0.1])
+    plain = zeta(scene_of(), setup, Detection())
+    halves = np.ones((2, 1, 1)) * np.array([[[1.0]], [[0.0]]])
+    fields = [WeightField.of(w, low, np.array([0.4, 0.6, 0.8])) for w in (1 + 0 * halves, halves)]
+    same, half = (
+        zeta(scene_of(target=replace(BOX, importance=f)), setup, Detection()) for f in fields
+    )
+    assert (same.zeta, same.error) == (pytest.approx(plain.zeta), pytest.approx(plain.error))
+    near = zeta(scene_of(target=Box((0.4, 0.6, 0.8), (0.3, 0.1, 0.5))), setup, Detection())
+    assert half.zeta == pytest.approx(near.zeta)
+    assert half.zeta != pytest.approx(plain.zeta)
+
+
+def test_large_targets_are_counted_region_by_region():
+    scene, setup = scene_of(), setup_of(PYRAMID, CATALOGUE)
+    whole, parts = (
+        at_pose(Verifier(scene, 0.05, memory=m), setup, BOX, 0, Detection()) for m in (None, 2e5)
+    )
+    assert parts.target_voxels == whole.target_voxels
+    assert (parts.zeta, parts.error) == (pytest.approx(whole.zeta), pytest.approx(whole.error))
+
+
+@pytest.mark.parametrize("occlusion", ["ignore", "shadow", "blind"])
+def test_the_guaranteed_interval_holds_the_count_of_finer_voxels(occlusion):
+    scene = scene_of(occlusion)
+    setup = setup_of(PYRAMID, Sensor(math.radians(30)), Sensor(1.0, 0.4, shape="dome"))
+    for detection in (Detection(PIECES["torso"]), Detection(PIECES["hand"], at_least=2)):
+        count = zeta(scene, setup, detection, 0.02)
+        coarse, fine = (zeta(scene, setup, detection, v, "certified") for v in (0.1, 0.04))
+        for proof in (coarse, fine):
+            assert proof.low <= count.zeta + count.error
+            assert proof.high >= count.zeta - count.error
+        assert fine.high - fine.low < coarse.high - coarse.low
