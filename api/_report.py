@@ -119,11 +119,13 @@ def _origin(setup: SetupLike) -> SearchResult | None:
 
 
 def _draw(facts: "Facts", folder: Path) -> None:
-    """Draw the pictures of the page: the setup, a section, the blind spots of each target, and the
-    mounting of each link's rings."""
+    """Draw the pictures of the page: the setup, a section, the firing schedule, the blind
+    spots of each target, and the mounting of each link's rings."""
+    from .reporting.firing_figure import firing_figure
     from .reporting.placement_picture import placement_picture
     from .reporting.setup_report.blind_spot_section import blind_name, blind_picture
     from .reporting.setup_report.definition_picture import definition_picture
+    from .reporting.setup_report.firing_section import FIRING
     from .reporting.setup_report.mounting_drawing import (
         drawing_name,
         mounting_drawing,
@@ -137,6 +139,7 @@ def _draw(facts: "Facts", folder: Path) -> None:
     captions = [result_caption(r) for r in facts.own]
     placement_picture(folder / PICTURE, scene, setup, captions)
     definition_picture(folder / SECTION, scene, setup)
+    firing_figure(facts.firing, scene.robot, folder / FIRING)
     for n, blind in enumerate(facts.blind):
         if blind.spots:
             blind_picture(folder / blind_name(n), scene, setup, blind)

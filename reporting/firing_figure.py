@@ -9,6 +9,7 @@ from .plots import INK, lying, save, sheet
 
 _LANE, _GAP = 0.075, 0.3  # inches: of a sensor, and between two rings
 _PALE = 0.35
+_TALLEST, _NAMED = 40.0, 150  # inches, and most rings with a name
 
 
 def firing_figure(schedule: FiringSchedule, robot: Robot, file: Path) -> None:
@@ -22,7 +23,7 @@ def firing_figure(schedule: FiringSchedule, robot: Robot, file: Path) -> None:
     links = list(dict.fromkeys((*robot.links, *(r.link for r in schedule.rings))))
     colour = {link: link_colours(links).get(link, CELL) for link in links}
     height = sum(_LANE * r.sensors + _GAP for r in schedule.rings)
-    figure = sheet(9.5, height + 1.0)
+    figure = sheet(9.5, min(height, _TALLEST) + 1.0)
     ax, top, base = figure.add_subplot(), 0.0, dict[int, float]()
     for ring in schedule.rings:
         base[ring.ring] = top
@@ -44,7 +45,8 @@ def firing_figure(schedule: FiringSchedule, robot: Robot, file: Path) -> None:
                     )
     places = [base[r.ring] + _LANE * (r.sensors - 1) / 2 for r in schedule.rings]
     names = [f"{r.ring}: {r.link.replace('_', ' ')}\n{r.rate_hz:.3g} Hz" for r in schedule.rings]
-    lying(ax, places, names, "time in one period of its group, ms")
+    step = 1 + len(names) // _NAMED
+    lying(ax, places[::step], names[::step], "time in one period of its group, ms")
     ax.set_ylim(top - _GAP / 2, -_GAP / 2)
     ax.set_xlim(0, 1000 * max(g.period_s for g in schedule.groups))
     title = "dark: the sensor ranges; pale: readings are transferred until the slot ends"

@@ -1,6 +1,6 @@
 """Text of a firing schedule: its table, its lines and its CSV."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from ..objectives.firing.schedule import FiringSchedule, RingRate
 from .explained import Explained
@@ -48,11 +48,15 @@ def firing_lines(schedule: FiringSchedule) -> list[str]:
         if len(group.slots) == 1:
             continue
         excess = 100 * (group.period_s / group.bound_s - 1)
-        short = "as short as possible" if excess < 0.05 else f"at most {excess:.1f} % too long"
+        short = (
+            "as short as possible"
+            if excess < 0.05
+            else f"at most {excess:.1f} % longer than the best"
+        )
         rings = ", ".join(map(str, group.rings))
-        clock = "" if len(group.rings) == 1 else "; one controller, or a line that synchronises"
+        clock = "" if len(group.rings) == 1 else "; needs one controller, or a line for their clock"
         lines.append(
-            f"group {number}: rings {rings} share {len(group.slots)} slots,"
+            f"group {number}, rings {rings}: {len(group.slots)} slots,"
             f" {1000 * group.period_s:.4g} ms, {short}{clock}"
         )
     lines.append(f"whole skin: {schedule.rate_hz:.3g} Hz, {1000 * schedule.period_s:.4g} ms")
@@ -81,19 +85,14 @@ def affordable_lines(schedule: FiringSchedule) -> list[str]:
     return [first, f"{most.sensors} sensors keep {rate}, on the rings {counts}"]
 
 
-def firing_table(schedule: FiringSchedule) -> Explained:
-    """Return a table of rings with times and rates."""
+def ring_heads(schedule: FiringSchedule) -> list[str]:
+    """Return the heads of the cells of ``ring_row``."""
     heads = ["ring", "link", "sensors", "group", "slots", "ranging ms", "transfer ms", "start s"]
-    below = (
-        "group: rings that share slots; slots: those in which the ring's sensors fire; ranging and"
-        " transfer: of one sensor; start: loading firmware. –: not known."
-    )
-    heads += ["Hz", *(["holds"] if schedule.wanted_hz else [])]
-    title = f"{counted(len(schedule.rings), 'ring')}, {counted(schedule.sensors, 'sensor')}"
-    return Explained.of(title, heads, map(_row, schedule.rings), below, left=("link",))
+    return [*heads, "Hz", *(["holds"] if schedule.wanted_hz else [])]
 
 
-def _row(r: RingRate) -> Sequence[str]:
+def ring_row(r: RingRate) -> list[str]:
+    """Return the times and the rate of a ring."""
     holds = [] if r.holds is None else ["yes" if r.holds else "no"]
     return [
         *(str(r.ring), r.link, str(r.sensors), str(r.group), str(r.slots)),
@@ -103,3 +102,14 @@ def _row(r: RingRate) -> Sequence[str]:
         f"{r.rate_hz:.3g}",
         *holds,
     ]
+
+
+def firing_table(schedule: FiringSchedule) -> Explained:
+    """Return a table of rings with times and rates."""
+    below = (
+        "group: rings that share slots; slots: those in which the ring's sensors fire; ranging and"
+        " transfer: of one sensor; start: loading firmware. –: not known."
+    )
+    title = f"{counted(len(schedule.rings), 'ring')}, {counted(schedule.sensors, 'sensor')}"
+    rows = map(ring_row, schedule.rings)
+    return Explained.of(title, ring_heads(schedule), rows, below, left=("link",))

@@ -10,15 +10,15 @@ there is none. For two bodies this is a plane between them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..arrays import dot
+from ..arrays import Array, dot
 
 TOUCH = 1e-4  # m; points as near as this count as common
-_SLACK = 1e-9  # m, rounding error of a proof
+_SLACK = 1e-9  # m^2, above the rounding error of a proof with bodies up to 200 m away
 _STEPS = 150  # then a group counts as having a common point
 _CHUNK = 2048  # groups at once
 
@@ -28,9 +28,9 @@ class Discs(NamedTuple):
 
     centre: Float[np.ndarray, "M 3"]
     """Centres, m."""
-    radius: Float[np.ndarray, " M"]
+    radius: Float[Array, " M"]
     """Radii, m; 0: points."""
-    normal: Float[np.ndarray, " 3"]
+    normal: Float[Array, " 3"]
     """Unit normal."""
     ball: float = 0.0
     """Radius of the ball, m."""
@@ -63,15 +63,16 @@ class ConvexBodies:
         value = dot(self.centre, way[:, None]) - self.radius * long[:, None]
         k, n = value.argmin(axis=1), np.arange(len(way))
         unit = way / np.maximum(np.linalg.norm(way, axis=1), 1e-300)[:, None]
-        rim: np.ndarray = self.centre[n, k] - self.radius[n, k][:, None] * out
-        return rim - self.ball[:, None] * unit
+        rim = self.centre[n, k] - self.radius[n, k][:, None] * out
+        lowest: np.ndarray = rim - self.ball[:, None] * unit
+        return lowest
 
     @staticmethod
     def of(bodies: Sequence[Discs]) -> "ConvexBodies":
         """Return bodies of given discs; bodies with fewer discs repeat their first one."""
         most = max(len(body.radius) for body in bodies)
 
-        def padded(values: np.ndarray) -> np.ndarray:
+        def padded(values: Any) -> np.ndarray:
             more = np.repeat(values[:1], most - len(values), axis=0)
             return np.concatenate([values, more])
 
@@ -89,9 +90,8 @@ def apart(*bodies: ConvexBodies) -> Bool[np.ndarray, " P"]:
     Args:
         bodies: k collections of P bodies; group p has the bodies p of all collections.
     """
-    parts = np.arange(0, len(bodies[0]), _CHUNK)
-    each = [_apart([b[np.arange(i, min(i + _CHUNK, len(b)))] for b in bodies]) for i in parts]
-    return np.concatenate(each) if each else np.zeros(0, bool)
+    parts = np.array_split(np.arange(len(bodies[0])), 1 + len(bodies[0]) // _CHUNK)
+    return np.concatenate([_apart([b[part] for b in bodies]) for part in parts])
 
 
 def _apart(bodies: list[ConvexBodies]) -> Bool[np.ndarray, " P"]:
@@ -108,7 +108,7 @@ def _apart(bodies: list[ConvexBodies]) -> Bool[np.ndarray, " P"]:
         far = np.stack([b.lowest(way[:, i]) for i, b in enumerate(bodies)], axis=1)
         size = np.sqrt((way * way).sum(axis=(1, 2)))
         undecided = size > TOUCH
-        won = undecided & ((way * far).sum(axis=(1, 2)) > _SLACK * size)
+        won = undecided & ((way * far).sum(axis=(1, 2)) > _SLACK)
         proven[open_[won]] = True
         left = np.flatnonzero(undecided & ~won)
         if not len(left):

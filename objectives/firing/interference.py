@@ -95,7 +95,9 @@ def may_disturb(sensors: Sequence[Sensor]) -> Bool[np.ndarray, "S S"]:
     models = [None if s.use is None else model_of(s.use) for s in sensors]
     nm = np.array([np.nan if m is None else m.wavelength_nm or np.nan for m in models], float)
     immune = np.array([m is not None and m.immune for m in models], bool)
-    return ~(np.abs(nm[:, None] - nm) >= FILTER_NM) & ~immune[:, None] & ~immune
+    other = np.abs(nm[:, None] - nm) >= FILTER_NM  # False for unknown ones
+    may: np.ndarray = ~(other | immune[:, None] | immune)
+    return may
 
 
 def _meetings(

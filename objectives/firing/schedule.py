@@ -26,7 +26,7 @@ from ...coverage.rings.ring import Setup
 from ..options import FiringOptions
 from ..scene import Scene
 from .interference import Interference, interference
-from .slots import FiringProblem, slots
+from .slots import EXACT_S, FiringProblem, slots
 
 _ROUNDING = 1e-9  # Hz
 
@@ -210,7 +210,7 @@ def _timed(
     for group in range(count):
         own = np.flatnonzero(group_of[ring] == group)
         problem = FiringProblem(conflicts[np.ix_(own, own)], ranging[own], transfer[own], ring[own])
-        timed = slots(problem, **({} if exact else {"limit_s": 0.0}))
+        timed = slots(problem, EXACT_S if exact else 0.0)
         alone, here = len(timed.seconds) == 1, np.unique(ring[own])
         period = 1 / min(times[r].free_hz for r in here) if alone else timed.period
         lengths = np.array([period]) if alone else timed.seconds

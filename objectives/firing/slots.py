@@ -17,6 +17,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array
 
 MOST_EXACT = 60  # sensors of an integer programme
+EXACT_S = 5.0  # s, most time of one
 _ROUNDS = 60  # of greedy colourings
 _NEAR = 1e-9  # s
 
@@ -91,7 +92,7 @@ class Slots:
         return float(self.seconds.sum())
 
 
-def slots(problem: FiringProblem, limit_s: float = 5.0, seed: int = 0) -> Slots:
+def slots(problem: FiringProblem, limit_s: float = EXACT_S, seed: int = 0) -> Slots:
     """Return slots of a short period.
 
     Args:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from ...formats.schema.written_models import RequirementModel
 from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.feasibility.mounting import Fault
 from ...objectives.feasibility.violations import faults
-from ...objectives.options import ReportOptions, RobustnessOptions
+from ...objectives.firing.schedule import FiringSchedule, firing_schedule
+from ...objectives.options import FiringOptions, ReportOptions, RobustnessOptions
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.robustness import RingSensitivity, Robustness, robustness
 from ...objectives.scene import Scene
@@ -64,6 +65,13 @@ class Facts:
     def voxel(self) -> float:
         """Side of a voxel, m."""
         return self.options.voxel
+
+    @cached_property
+    def firing(self) -> FiringSchedule:
+        """Which sensors may fire together, at representative poses."""
+        return firing_schedule(
+            self.name, self.setup, standing_for(self.scene, MANY), FiringOptions()
+        )
 
     @property
     def own(self) -> list[Verified]:

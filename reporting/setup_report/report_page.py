@@ -16,6 +16,7 @@ from .blind_spot_section import blind_sentence, blind_spot_section
 from .cable_section import cable_section
 from .coverage_section import answer, coverage_section, robustness_section, separation_section
 from .facts import Facts
+from .firing_section import firing_section
 from .mounting_guide import mounting
 from .scene_section import definition_section, scene_section
 from .verdicts import overall, verdicts
@@ -191,7 +192,7 @@ def page(
     )
     lines = [line for part in parts for line in part]
     lines += ["## Mounting", "", *mounting(f.scene, f.setup, f.sensitivity), *_faults(f)]
-    lines += cable_section(f.scene, f.setup)
+    lines += [*cable_section(f.scene, f.setup), *firing_section(f.firing)]
     lines += [
         "## Bill of materials",
         "",

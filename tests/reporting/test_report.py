@@ -282,7 +282,7 @@ def test_the_report_stands_alone_whatever_its_texts_are(made):
     assert not {"script", "link", "iframe", "object", "a", "base", "form"} & set(tags)
     assert not any(key.startswith("on") for _, a in read.tags for key in a)
     assert any("default-src 'none'" in a.get("content", "") for t, a in read.tags if t == "meta")
-    assert tags.count("img") == 5  # setup, section, blind spots, rings of two links
+    assert tags.count("img") == 6  # setup, section, blind spots, firing, rings of two links
     assert read.text.count(HOSTILE) >= 5
     assert read.text.count(printable(UNPRINTABLE)) >= 4
     assert all(c.isprintable() or c == "\n" for c in read.text)

@@ -1,0 +1,23 @@
+"""Section of a report on the firing schedule: which sensors may fire together, and the rates."""
+
+from collections.abc import Iterator
+
+from ...objectives.firing.schedule import FiringSchedule
+from ..firing_text import firing_lines, ring_heads, ring_row
+from ..pages import escaped, table
+
+FIRING = "firing.png"
+
+
+def firing_section(schedule: FiringSchedule) -> Iterator[str]:
+    """Yield the section's paragraphs, table and picture, as Markdown."""
+    yield "## Who fires when\n"
+    yield (
+        "Two sensors whose light reaches the same place may both lose their target. Here no two of"
+        " them range at the same time. This is slower than all at once, and only counts where the"
+        " electronics keep to these slots: the exported firmware does not, its sensors range at the"
+        " rate of their bus.\n"
+    )
+    yield table(ring_heads(schedule), map(ring_row, schedule.rings), right=(0, *range(2, 10)))
+    yield "\n".join(f"- {escaped(line)}" for line in firing_lines(schedule)) + "\n"
+    yield f"![Which sensor fires when, ring by ring]({FIRING})\n"
