@@ -12,6 +12,12 @@ _WAYS = {
     "reflection": "beams overlap, also by one reflection on a body",
 }
 
+COLUMNS = (
+    "group: rings that share slots; slots: those in which the ring's sensors fire; ranging and"
+    " transfer: of one sensor; start: loading firmware. –: not known."
+)
+"""Meaning of the columns of ``ring_heads``."""
+
 
 def firing_rows(schedule: FiringSchedule) -> list[Mapping[str, object]]:
     """Return a row for each sensor, slot by slot, for CSV."""
@@ -106,10 +112,6 @@ def ring_row(r: RingRate) -> list[str]:
 
 def firing_table(schedule: FiringSchedule) -> Explained:
     """Return a table of rings with times and rates."""
-    below = (
-        "group: rings that share slots; slots: those in which the ring's sensors fire; ranging and"
-        " transfer: of one sensor; start: loading firmware. –: not known."
-    )
     title = f"{counted(len(schedule.rings), 'ring')}, {counted(schedule.sensors, 'sensor')}"
     rows = map(ring_row, schedule.rings)
-    return Explained.of(title, ring_heads(schedule), rows, below, left=("link",))
+    return Explained.of(title, ring_heads(schedule), rows, COLUMNS, left=("link",))

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from ...objectives.firing.schedule import FiringSchedule
-from ..firing_text import firing_lines, ring_heads, ring_row
+from ..firing_text import COLUMNS, firing_lines, ring_heads, ring_row
 from ..pages import escaped, table
 
 FIRING = "firing.png"
@@ -18,6 +18,8 @@ def firing_section(schedule: FiringSchedule) -> Iterator[str]:
         " electronics keep to these slots: the exported firmware does not, its sensors range at the"
         " rate of their bus.\n"
     )
-    yield table(ring_heads(schedule), map(ring_row, schedule.rings), right=(0, *range(2, 10)))
+    rows = [[escaped(cell) for cell in ring_row(ring)] for ring in schedule.rings]
+    yield table(ring_heads(schedule), rows, right=(0, *range(2, 10)))
+    yield f"{COLUMNS}\n"
     yield "\n".join(f"- {escaped(line)}" for line in firing_lines(schedule)) + "\n"
     yield f"![Which sensor fires when, ring by ring]({FIRING})\n"
