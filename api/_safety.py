@@ -1,8 +1,10 @@
 """Detection in time: the share of approaching people that a setup reports soon enough."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from datetime import UTC, datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from ._errors import InputError, input_errors, new_files
 from ._options import called_with
@@ -10,20 +12,28 @@ from ._pictures import Picture, drawn
 from ._placement import Placement
 from ._trajectory import Trajectory
 from ._validation import SetupCall, resolve_setup
+from ._versions import versions
 from .coverage.definitions.definition import json_of
 from .coverage.rings.ring import Setup
 from .coverage.robots.separation_distance import stopping_time
+from .formats.model_reader import read_model
 from .formats.stop_times import read_stop_times
 from .formats.writing import write_text
 from .objectives.scene import Scene
 from .reporting import detection_page
 from .reporting.detection_figure import detection_figure
-from .reporting.pages import csv_text
+from .reporting.dossier.floor_picture import floor_picture
+from .reporting.dossier.page import PICTURE, heading, page
+from .reporting.pages import csv_text, html
 from .simulation.detection import floor_of, walker
+from .simulation.dossier.dossier import Dossier, dossier_of
+from .simulation.dossier.floor import floor_grid, floor_record
+from .simulation.dossier.statements import Statements
 from .simulation.safety import SimulatedApproaches, motion_of, simulate
 from .simulation.safety_options import SafetyOptions
 
 FILES = ("README.md", "safety.png", "approaches.csv", "safety.json")
+DOSSIER = ("dossier.html", "dossier.json")
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -41,8 +51,13 @@ class SafetyReport(Placement, SimulatedApproaches):
     """Name of the setup."""
     command: str = "place_rings.safety(...)"
     """The call or the command that ran the simulation."""
-    directions: int = 12
-    """Number of sectors with a share of their own."""
+    options: SafetyOptions = field(default_factory=SafetyOptions)
+    """How approaches were drawn and reported."""
+
+    @property
+    def directions(self) -> int:
+        """Number of sectors with a share of their own."""
+        return self.options.directions
 
     @property
     def in_time(self) -> float:
@@ -91,6 +106,36 @@ class SafetyReport(Placement, SimulatedApproaches):
             self.plot(new / "safety.png")
         return tuple(Path(folder) / name for name in FILES)
 
+    def dossier(
+        self, folder: str | Path, statements: str | Path | Statements | None = None
+    ) -> Dossier:
+        """Write dossier.html and dossier.json: separation distances, stops, undetected access,
+        performance levels, and what is open.
+
+        Args:
+            folder: output folder; created if it does not exist.
+            statements: what the user states, or a TOML file of it.
+
+        Returns:
+            The record in dossier.json.
+
+        Raises:
+            InputError: if the folder cannot be written, or the statements cannot be read.
+        """
+        stated = stated_in(statements)
+        core, m = self.scene, self.motion
+        floor = floor_grid(core, self.setup, m.full, self.record.occlusion)
+        summary = floor_record(floor, len(m.full.weight))
+        what = (self.setup, core, self.options, self.record, m.safety, summary, stated)
+        record = dossier_of(*what)
+        with new_files(folder, *DOSSIER, keep=True) as new, TemporaryDirectory() as pictures:
+            floor_picture(core.robot, m.full, floor, Path(pictures) / PICTURE)
+            created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+            text = page(record, self.command, versions()["place-rings"], created)
+            write_text(new / DOSSIER[0], html(text, Path(pictures), heading(record)))
+            write_text(new / DOSSIER[1], json_of(record) + "\n")
+        return record
+
     def rows(self) -> Iterable[Sequence[str]]:
         r, share = self.record, self.record.in_time
         between = f"{100 * share.low:.1f} to {100 * share.high:.1f}"
@@ -109,6 +154,18 @@ class SafetyCall(SafetyOptions, SetupCall):
     """Recorded motion of the robot; by default it stays in each of the scene's poses."""
     progress: Callable[[int, int], None] | None = field(default=None, kw_only=True)
     """Receives the number of finished approaches, from 0, and the number of all."""
+
+
+def stated_in(statements: str | Path | Statements | None) -> Statements:
+    """Return what the user states, or what a TOML file of it does.
+
+    Raises:
+        InputError: if the file cannot be read or is not valid.
+    """
+    if statements is None or isinstance(statements, Statements):
+        return statements or Statements()
+    with input_errors():
+        return read_model(Path(statements), Statements)
 
 
 @called_with(SafetyCall)
@@ -154,5 +211,5 @@ def safety(call: SafetyCall) -> SafetyReport:
         scene=core,
         name=name,
         command=f"place_rings.safety(..., seed={call.seed})",
-        directions=call.directions,
+        options=SafetyOptions(**{f.name: getattr(call, f.name) for f in fields(SafetyOptions)}),
     )

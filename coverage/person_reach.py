@@ -268,20 +268,41 @@ class _Wave:
 
     def _statures(self) -> Float[np.ndarray, "X Y"]:
         """Return the stature of the tallest person who has room at each place, m; 0: none has."""
-        person, half = self.person, self.side / 2**0.5
         x, y = (a.ravel() for a in np.meshgrid(*self.axes[:2], indexing="ij"))
-        tall = np.where(_walkable(x, y, person.areas, half), person.height, 0.0)
-        lowest = self.floor + min(STEP + person.radius, person.height - person.radius)
-        top = self.floor + person.height - person.radius
-        for z in np.linspace(lowest, top, 2 + int((top - lowest) / self.side)):
-            some = np.flatnonzero(tall >= z - self.floor + person.radius - 1e-9)
-            points = np.stack([x[some], y[some], np.full(len(some), z)], axis=1)
-            stop = np.zeros(len(some), bool)
-            for body in self.bodies:
-                stop |= _nearer(body, points, person.radius - half)
-            tall[some[stop]] = z - self.floor + person.radius
-        tall[tall < person.shoulder / SHOULDER] = 0.0
+        tall = statures(self.bodies, self.person, self.floor, x, y, self.side)
         return tall.reshape(self.shape[:2])
+
+
+def statures(
+    bodies: Sequence[Polyhedron],
+    person: Person,
+    floor: float,
+    x: Float[np.ndarray, " N"],
+    y: Float[np.ndarray, " N"],
+    side: float,
+) -> Float[np.ndarray, " N"]:
+    """Return the stature of the tallest person who has room at each place, m; 0: none has.
+
+    Args:
+        bodies: obstacles.
+        person: where people walk, and their size.
+        floor: height of the floor, m.
+        x, y: places, m.
+        side: side of the squares that the places stand for, m; room half a diagonal away suffices.
+    """
+    half = side / 2**0.5
+    tall = np.where(_walkable(x, y, person.areas, half), person.height, 0.0)
+    lowest = floor + min(STEP + person.radius, person.height - person.radius)
+    top = floor + person.height - person.radius
+    for z in np.linspace(lowest, top, 2 + int((top - lowest) / side)):
+        some = np.flatnonzero(tall >= z - floor + person.radius - 1e-9)
+        points = np.stack([x[some], y[some], np.full(len(some), z)], axis=1)
+        stop = np.zeros(len(some), bool)
+        for body in bodies:
+            stop |= _nearer(body, points, person.radius - half)
+        tall[some[stop]] = z - floor + person.radius
+    tall[tall < person.shoulder / SHOULDER] = 0.0
+    return tall
 
 
 def _nearer(

@@ -108,6 +108,15 @@ def command(words: Sequence[str]) -> str:
     return code(" \\\n    ".join(shlex.join(line) for line in lines))
 
 
+def command_of(text: str) -> str:
+    """Return a recorded command as a code block; a text that is no command line stays as it is."""
+    try:
+        words = shlex.split(text)
+    except ValueError:
+        return code(text)
+    return command(words) if words and shlex.join(words) == text else code(text)
+
+
 def _with_verdicts(tokens: list[Token]) -> None:
     """Give block quotes that begin with a verdict its class."""
     for i, token in enumerate(tokens[:-2]):

@@ -45,6 +45,20 @@ def safety(
             )
         ),
     ] = None,
+    dossier: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            help=(
+                "Also write dossier.html and dossier.json: the separation distance term by term,"
+                " measured stops, undetected access, performance levels, and what is open."
+            ),
+        ),
+    ] = False,
+    facts: Annotated[
+        Path | None,
+        Parameter(help="TOML file of your own statements for the dossier; its fields stay open."),
+    ] = None,
     out: Annotated[
         Path,
         Parameter(help="Output folder for README.md, safety.png, approaches.csv, safety.json."),
@@ -69,6 +83,7 @@ def safety(
     ``place-rings --help`` explains the terms.
     """
     from place_rings._safety import safety as simulated
+    from place_rings._safety import stated_in
     from place_rings._trajectory import Trajectory
     from place_rings._validation import ResolvedSetup
 
@@ -83,6 +98,9 @@ def safety(
         sensing = replace(
             sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO
         )
+    if facts is not None and not dossier:
+        raise UserError("--facts: allowed only with --dossier; add it")
+    stated = stated_in(facts)
     setup, where = sensing.resolve(subject, scene_for(subject, scene, robot, paper, reading))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: allowed only with --trajectory FILE; add it")
@@ -99,16 +117,20 @@ def safety(
                 progress=lambda done, total: bar.update(task, completed=done, total=total),
                 **vars(options),
             )
-        replace(report, command=shlex.join(["place-rings", *sys.argv[1:]])).save(folder)
+        report = replace(report, command=shlex.join(["place-rings", *sys.argv[1:]]))
+        report.save(folder)
+        if dossier:
+            with Terminal(stderr=True).status("writing the dossier"):
+                report.dossier(folder, stated)
     if as_json:
         say_json(json_of(report.record))
     else:
-        _show(report.record, folder)
+        _show(report.record, folder, dossier)
 
 
-def _show(r: "SafetyResult", folder: Path) -> None:
+def _show(r: "SafetyResult", folder: Path, dossier: bool) -> None:
     """Print the shares, and the files."""
-    from place_rings._safety import FILES
+    from place_rings._safety import DOSSIER, FILES
 
     from ...reporting.lines.results import formula, sensor_lines
     from ...reporting.terminal import Terminal
@@ -150,4 +172,5 @@ def _show(r: "SafetyResult", folder: Path) -> None:
             "The sensor is not in the catalogue, so its nominal range is used for any target and"
             " light. Pass --sensor."
         )
-    say(r.disclaimer, *(f"  {folder / name}" for name in FILES))
+    files = (*FILES, *(DOSSIER if dossier else ()))
+    say(r.disclaimer, *(f"  {folder / name}" for name in files))

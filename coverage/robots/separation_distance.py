@@ -20,6 +20,9 @@ from ..definitions.units import Key
 from .stop_times import StopTime, repeated
 
 WALKING = 1.6  # m/s, ISO 13855: approach speed of the whole body
+UPPER_LIMB = 2.0  # m/s, ISO 13855: approach speed of the upper limbs
+PARALLEL = 1.2  # m, ISO 13855:2024: D_DS for an approach parallel to the detection zone
+LEAST_DISTANCE = 0.1  # m, ISO 13855:2024: the least separation distance
 # Maximum stopping time, s, by the limit set on the TCP's speed, m/s: UR10 CB3 manual, section
 # 1.6.2.
 UR10_STOPPING = ((1.0, 0.45), (1.5, 0.50), (2.0, 0.55), (3.0, 0.65))
@@ -135,3 +138,16 @@ def separation(safety: Safety, speed: Numbers, stopping: float) -> Terms:
         Z_r=safety.robot,
         stopping=stopping,
     )
+
+
+def approach_distance(speed: float, total: float, detection: float, supplement: float) -> float:
+    """Return the separation distance of ISO 13855:2024 from a hazard that stays in place, m:
+    S = K T + D_DS + Z, at least 0.1 m (read in secondary sources).
+
+    Args:
+        speed: K, approach speed of the person, m/s.
+        total: T, time from detection to the end of the hazard, s.
+        detection: D_DS, reaching distance of the detection, m.
+        supplement: Z, supplements such as the errors of measurement, m.
+    """
+    return max(speed * total + detection + supplement, LEAST_DISTANCE)

@@ -1,6 +1,5 @@
 """Report of a setup as Markdown."""
 
-import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,7 @@ from ...coverage.rings.sensor_records import sensor_records
 from ...simulation.safety import DISCLAIMER
 from ..lines.occlusion import ADVICE
 from ..lines.results import sensor_lines
-from ..pages import code, command, escaped, table
+from ..pages import code, command, command_of, escaped, table
 from ..text import counted
 from .bill_of_materials import materials
 from .blind_spot_section import blind_sentence, blind_spot_section
@@ -126,7 +125,7 @@ def reproduction_section(
         yield f"The placement was found {escaped(f.found.created)} with seed {f.found.seed} in"
         yield f"{f.found.seconds:.0f} s ({escaped(f.found.outcome)}), by"
         yield f"{_listed_versions(f.found.versions)}:\n"
-        yield _command_of(f.found.command)
+        yield command_of(f.found.command)
         if f.found.bound is not None:
             reached, bound = 100 * f.found.exact, 100 * f.found.bound
             yield "No layout within the budget and the rules of that search reaches more than"
@@ -143,15 +142,6 @@ def reproduction_section(
     else:
         say += _without(words[1:], _ASKED[2:])
     yield command([*say, "--rule", "certified"])
-
-
-def _command_of(text: str) -> str:
-    """Return a recorded command as a code block; a text that is no command line stays as it is."""
-    try:
-        words = shlex.split(text)
-    except ValueError:
-        return code(text)
-    return command(words) if words and shlex.join(words) == text else code(text)
 
 
 def _without(words: Sequence[str], options: Collection[str]) -> Iterator[str]:
