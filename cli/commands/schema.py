@@ -20,6 +20,8 @@ def schema(
             "result",
             "improve",
             "safety",
+            "dossier",
+            "facts",
             "schedule",
             "printing",
             "report",

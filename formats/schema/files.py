@@ -17,6 +17,8 @@ MODELS = {
     "improve": ("redesign_models", "ImproveResult"),
     "schedule": ("..objectives.firing.schedule", "FiringSchedule"),
     "safety": ("..simulation.safety", "SafetyResult"),
+    "dossier": ("..simulation.dossier.dossier", "Dossier"),
+    "facts": ("..simulation.dossier.statements", "Statements"),
     "report": ("written_models", "ReportResult"),
     "export": ("written_models", "ExportResult"),
     "sensors": (".sensors.sensor_poses", "SensorPosesFile"),

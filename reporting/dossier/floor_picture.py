@@ -60,8 +60,9 @@ def floor_picture(robot: Robot, m: Moments, floor: Floor, file: Path) -> None:
     edges = [np.append(a - floor.side / 2, a[-1] + floor.side / 2) for a in (floor.x, floor.y)]
     shades = ListedColormap([colour for _, colour in _KINDS])
     ax.pcolormesh(*edges, kinds(floor).T, cmap=shades, vmin=-0.5, vmax=len(_KINDS) - 0.5)
-    if floor.near.any():
-        level = floor.near.T.astype(float)
+    near = floor.within.any(axis=0)
+    if near.any() and not near.all():
+        level = near.T.astype(float)
         ax.contour(floor.x, floor.y, level, [0.5], colors=[COLOURS[0]], linewidths=1.6)
     _reached(ax, floor)
     for number, moment in enumerate(floor.moments):

@@ -86,7 +86,7 @@ def _inputs(d: Dossier) -> Iterator[str]:
 def _value(one: Input) -> str:
     if one.value is None:
         return escaped(one.text) or "**open**"
-    return f"{one.value:.4g}\N{NO-BREAK SPACE}{one.unit}"
+    return f"{one.value:.4g} {one.unit}"
 
 
 def _state(state: State) -> str:
@@ -106,6 +106,11 @@ def _reaction(d: Dossier) -> Iterator[str]:
         f" {r.separation.reaction_s:g} s in the separation distances contains both. Measured on the"
         f" rig: {_or_open(d.stated.reaction_time)}.\n"
     )
+    if not r.scheduled:
+        yield (
+            "**Sensors that fire together may disturb each other, which this period leaves out.**"
+            " With `--scheduled` it is that of the firing schedule.\n"
+        )
 
 
 def _capability(d: Dossier) -> Iterator[str]:

@@ -11,6 +11,7 @@ from ..text import counted
 def distance_section(d: Dossier) -> Iterator[str]:
     """Yield the separation distances, term by term, and whether the sensors reach them."""
     s = d.simulation.separation
+    yield "---\n"
     yield "## Separation distance\n"
     yield (
         "S_p = S_h + S_r + S_s + C + Z_d + Z_r, with S_h = v_h (T_r + T_s), S_r = v_r T_r and S_s ="

@@ -125,6 +125,8 @@ def _period(setup: Setup, scene: Scene, options: SafetyOptions, r: SafetyResult)
     source = "bus, driver and rate of each ring; the slowest ring"
     if options.rate is not None:
         state, source = "stated by the user", "--rate"
+    elif r.scheduled:
+        source = "firing schedule without mutual interference, with the bus; the slowest ring"
     elif r.rate_assumed:
         state, source = "assumed", "20 readings per second: no rate is known"
     elif any(unknown_reason(scene.electronics, group.sensor) for group in setup.groups):
