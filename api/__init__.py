@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from ._verify import Coverage, certify, verify
     from ._views import view
     from ._weight_field import weight_field
+    from .coverage.detection.detection import Detection
+    from .coverage.detection.pieces import TestPiece
     from .coverage.electronics.electronics import Electronics
     from .coverage.person_reach import Person
     from .coverage.rings.mounted_sensor import MountedSensor
@@ -71,6 +73,7 @@ __all__ = [
     "Cone",
     "Coverage",
     "Cylinder",
+    "Detection",
     "DifferenceOf",
     "Electronics",
     "FiringReport",
@@ -108,6 +111,7 @@ __all__ = [
     "Sphere",
     "StopTime",
     "StudyReport",
+    "TestPiece",
     "ToolSphere",
     "Trajectory",
     "UnionOf",
@@ -178,6 +182,8 @@ _MODULES = {
     "coverage.robots.robot": ("Robot",),
     "coverage.robots.separation_distance": ("Safety",),
     "coverage.robots.stop_times": ("StopTime",),
+    "coverage.detection.detection": ("Detection",),
+    "coverage.detection.pieces": ("TestPiece",),
     "coverage.sensors.sensor": ("Sensor",),
     "coverage.electronics.electronics": ("Electronics",),
     "coverage.person_reach": ("Person",),

@@ -1,8 +1,9 @@
 """A question of detection: which test piece, in which light, within which time, by how many."""
 
 import math
+from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -11,24 +12,32 @@ from ..definitions.definition import definition
 from ..definitions.field_types import Text
 from ..sensors.effective_range import Use, model_of, steps
 from ..sensors.sensor import PAPER_SENSOR, Sensor
+from ..sensors.sensor_model import Model
 from .law import Detectors, Extent, equal_square
-from .pieces import PIECES, TestPiece
+from .pieces import PIECES, Piece
 
 STATED_RATE = 0.9
-"""Assumption: the share of frames that report a target at the stated range."""
+"""Assumption: the share of frames that report a target at the stated range, where no source states
+it."""
 THRESHOLD = 4.0
 """Assumption: threshold over the noise's standard deviation; a false alarm in 30,000 frames."""
-_NORMAL = NormalDist()
+RATES = (0.8, 0.97)
+"""Assumption: bounds of the share of frames at the stated range, where no source states it."""
+THRESHOLDS = (3.0, 5.0)
+"""Assumption: bounds of the threshold."""
 WHITE = 0.88
 """Assumption: reflectance at which the range of a sensor without a model holds."""
+_NORMAL = NormalDist()
 
 
 @definition
 class Detection:
     """What sensors must notice, and how fast."""
 
-    piece: TestPiece = PIECES["hand"]
-    """The test piece."""
+    piece: Piece = PIECES["hand"]
+    """The test piece, or its name: hand, arm, leg, torso, person, rod-40, 0.1x0.4."""
+    reflectance: Annotated[float, Field(gt=0, le=1)] | None = None
+    """Reflectance of the piece, as a share; default: that of the piece."""
     ambient: Text | None = None
     """Ambient light, for example 5klx; default: that of each sensor's use, or the weakest with a
     figure."""
@@ -36,11 +45,46 @@ class Detection:
     """Time within which it must be noticed, s."""
     at_least: Annotated[int, Field(ge=1, le=100)] = 1
     """Number of sensors that must notice it."""
+    crosstalk: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Light that a cover glass throws back, as a share of the light from a target at the stated
+    range that fills the beam; it hides as much of the signal. Default: that of the sensor's file,
+    or 0."""
+
+    @property
+    def rho(self) -> float:
+        """Reflectance of the piece, as a share."""
+        return self.piece.reflectance if self.reflectance is None else self.reflectance
 
     @property
     def extent(self) -> Extent:
         """Size of the test piece."""
         return Extent(self.piece.width_m, self.piece.height_m)
+
+
+class Bounds(NamedTuple):
+    """Sensors at both ends of what the assumptions leave open."""
+
+    low: Detectors
+    """Their probability is no higher than under any assumption within the bounds."""
+    high: Detectors
+    """Their probability is no lower."""
+
+
+@dataclass(frozen=True)
+class _Assumptions:
+    """What no source states: thresholds for signals below 1 and from 1 on, and the rate."""
+
+    thresholds: tuple[float, float] = (THRESHOLD, THRESHOLD)
+    rate: float = STATED_RATE
+
+    def quantiles(self, rate: float | None) -> list[float]:
+        """Return z for each threshold, so that the rate at R is met after false alarms."""
+        p = self.rate if rate is None else rate
+        return [_NORMAL.inv_cdf(p + (1 - p) * _NORMAL.cdf(-b)) for b in self.thresholds]
+
+
+_LOW = _Assumptions(THRESHOLDS[::-1], RATES[0])
+_HIGH = _Assumptions(THRESHOLDS, RATES[1])
 
 
 def detectors(sensors: list[Sensor], detection: Detection) -> Detectors:
@@ -49,8 +93,22 @@ def detectors(sensors: list[Sensor], detection: Detection) -> Detectors:
     Raises:
         ValueError: if no source states a range in such light.
     """
-    rows = [_one(s, detection) for s in (*sensors, PAPER_SENSOR)]  # columns without a sensor, too
-    return Detectors(*(np.array(column)[:-1] for column in zip(*rows, strict=True)))
+    return _stacked(sensors, detection, _Assumptions())
+
+
+def bounds(sensors: list[Sensor], detection: Detection) -> Bounds:
+    """Return ``detectors`` at both ends of the assumptions: for each place the probability of one
+    frame lies between theirs for every threshold in ``THRESHOLDS`` and, where no source states the
+    rate at the stated range, every rate in ``RATES``.
+
+    Args:
+        sensors: the sensors.
+        detection: what they must notice.
+
+    Raises:
+        ValueError: as in ``detectors``.
+    """
+    return Bounds(*(_stacked(sensors, detection, end) for end in (_LOW, _HIGH)))
 
 
 def reach(sensor: Sensor, detection: Detection) -> float:
@@ -60,30 +118,50 @@ def reach(sensor: Sensor, detection: Detection) -> float:
     Raises:
         ValueError: if no source states a range in such light.
     """
-    rho = detection.piece.reflectance
     if sensor.use is None:
-        return sensor.range_m * math.sqrt(min(rho / WHITE, 1.0))
+        return sensor.range_m * math.sqrt(min(detection.rho / WHITE, 1.0))
     use = sensor.use
-    rules = steps(Use(use.model, detection.ambient or use.ambient, rho))
+    rules = steps(Use(use.model, detection.ambient or use.ambient, detection.rho))
     return rules[-2].range_m  # the last rule is that of the beam's flat base
 
 
-def _one(sensor: Sensor, detection: Detection) -> tuple[object, ...]:
+def frames_in(sensor: Sensor, seconds: float) -> int:
+    """Return the whole frames of a sensor in a time; 1 if no source states its rate."""
+    rate = None if sensor.use is None else model_of(sensor.use).rate_hz
+    return math.floor(seconds * rate + 1e-9) if rate else 1
+
+
+def _stacked(sensors: list[Sensor], detection: Detection, end: _Assumptions) -> Detectors:
+    each = [_one(s, detection, end) for s in (*sensors, PAPER_SENSOR)]  # columns without a sensor
+    return Detectors(*(np.stack(column)[:-1] for column in zip(*each, strict=True)))
+
+
+def _one(sensor: Sensor, detection: Detection, end: _Assumptions) -> Detectors:
     model = None if sensor.use is None else model_of(sensor.use)
     flat = sensor.form.ends_flat
     half = sensor.half_angle if flat else math.pi / 4
     edge = (math.tan(half), math.tan(sensor.half_angle_up)) if sensor.square else None
-    columns = sensor.zones
     rows = model.rows if model is not None and model.zones == sensor.zones else sensor.zones
-    rate = model.rate_hz if model is not None and model.rate_hz else None
-    return (
-        edge or (equal_square(math.tan(half)),) * 2,
-        (float(columns), float(rows)),
-        not sensor.square,
-        flat,
-        reach(sensor, detection),
-        (model.least_m or 0.0) if model is not None else sensor.near_m,
-        _NORMAL.inv_cdf(STATED_RATE + (1 - STATED_RATE) * _NORMAL.cdf(-THRESHOLD)),
-        THRESHOLD,
-        float(math.floor(detection.seconds * rate + 1e-9)) if rate else 1.0,
+    offset = detection.crosstalk
+    if offset is None:
+        offset = 0.0 if model is None else model.crosstalk or 0.0
+    return Detectors(
+        edge=np.array(edge or (equal_square(math.tan(half)),) * 2),
+        zones=np.array((float(sensor.zones), float(rows))),
+        round=np.array(not sensor.square),
+        flat=np.array(flat),
+        reach=np.array(reach(sensor, detection)),
+        least=np.array(sensor.near_m if model is None else _silent_to(model)),
+        quantile=np.array(end.quantiles(None if model is None else model.detection_rate)),
+        threshold=np.array(end.thresholds),
+        offset=np.array(offset),
+        frames=np.array(float(frames_in(sensor, detection.seconds))),
+        measured=np.array(False),
+        ramps=np.zeros((0, 3)),
     )
+
+
+def _silent_to(model: Model) -> float:
+    """Return the distance below which a sensor reports nothing that helps, m: a wrong distance does
+    not, and where no source says what happens there, nothing counts."""
+    return 0.0 if model.below_least == "reported" else model.least_m or 0.0

@@ -15,7 +15,9 @@ probability that one frame reports the piece:
     p = 1 - Phi(b - s (b + z)) / Phi(b).
 
 This is a law, not a measurement: it meets the stated figures, is 0 without a signal, and monotone
-in range, distance, reflectance, light and size in between.
+in range, distance, reflectance, light and size in between. Light that a cover throws back hides as
+much signal: s is reduced by that ``offset``. Rates that a user has measured replace the law: p is
+then a sum of ramps in s.
 """
 
 import math
@@ -44,12 +46,21 @@ class Detectors(NamedTuple):
     """Range R for the piece and the light, m; minus infinity or 0: a sensor that sees nothing."""
     least: Float[Array, "*batch K"]
     """Distance below which the sensor reports nothing, m."""
-    quantile: Float[Array, "*batch K"]
-    """z: standard normal quantile of the share of frames that report anything at R."""
-    threshold: Float[Array, "*batch K"]
-    """b: threshold over the noise's standard deviation, raised by the cross-talk of a cover."""
+    quantile: Float[Array, "*batch K 2"]
+    """z: standard normal quantile of the share of frames that report anything at R; for signals
+    below 1, and from 1 on."""
+    threshold: Float[Array, "*batch K 2"]
+    """b: threshold over the noise's standard deviation; for signals below 1, and from 1 on. Both
+    are equal but in bounds: below 1 a higher threshold reports less, above 1 a lower one."""
+    offset: Float[Array, "*batch K"]
+    """Signal that the cross-talk of a cover hides."""
     frames: Float[Array, "*batch K"]
     """Whole frames within the time that detection may take."""
+    measured: Bool[Array, "*batch K"]
+    """For which sensors measured rates replace the law."""
+    ramps: Float[Array, "*batch K M 3"]
+    """Ramps whose sum is p by measured rates: signal where one begins, 1 over its width, and its
+    rise; M may be 0."""
 
 
 class Extent(NamedTuple):
@@ -154,7 +165,23 @@ def signal(at: Place, outside: Any, of: Detectors, piece: Extent) -> Any:
 
 def per_frame(s: Any, of: Detectors) -> Any:
     """Return the probability that a frame reports a piece of signal ``s``."""
-    return 1 - _phi(of.threshold - s * (of.threshold + of.quantile)) / _phi(of.threshold)
+    xp = namespace(s)
+    s = xp.maximum(s - of.offset, 0.0)
+    b, z = (xp.where(s < 1, v[..., 0], v[..., 1]) for v in (of.threshold, of.quantile))
+    p = 1 - _phi(b - s * (b + z)) / _phi(b)
+    if of.ramps.shape[-2] == 0:
+        return p
+    return xp.where(of.measured, _by_ramps(s, of.ramps), p)
+
+
+def _by_ramps(s: Any, ramps: Any) -> Any:
+    """Return the sum of ramps at ``s``: piecewise linear, and monotone."""
+    xp = namespace(s)
+    total = xp.zeros_like(s)
+    for m in range(ramps.shape[-2]):
+        start, steepness, rise = (ramps[..., m, i] for i in range(3))
+        total = total + rise * xp.clip((s - start) * steepness, 0.0, 1.0)
+    return total
 
 
 def in_time(p: Any, of: Detectors) -> Any:

@@ -1,11 +1,13 @@
 """Test pieces: the objects whose detection is predicted."""
 
-from typing import Annotated
+import re
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
-from ..definitions.definition import definition
+from ..definitions.definition import definition, fault
 from ..definitions.field_types import Metres, Text
+from ..sensors.effective_range import size_of
 
 DARK = 0.018
 """Lowest reflectance that a protective device must detect (IEC 61496-3, by a vendor's page)."""
@@ -79,3 +81,35 @@ _PIECES = (
 )
 PIECES = {piece.name: piece for piece in _PIECES}
 """Test pieces by name."""
+PIECE_TEXT = f"{', '.join(PIECES)}, rod-DIAMETER in mm (1 to 999), or WIDTHxHEIGHT in m"
+"""What a text may be that names a test piece."""
+_OWN = "the size is the user's own"
+
+
+def piece_of(text: str) -> TestPiece:
+    """Return the test piece that a text names: one of ``PIECES``, a rod such as rod-55 for 55 mm,
+    or a size such as 0.1x0.4, m.
+
+    Raises:
+        ValueError: if the text names none.
+    """
+    if text in PIECES:
+        return PIECES[text]
+    if rod := re.fullmatch(r"rod-([1-9]\d{0,2})", text):
+        return TestPiece(name=text, width_m=int(rod[1]) / 1000, height_m=0.3, source=_OWN)
+    try:
+        width, height = size_of(text)
+        return TestPiece(name=text[:100], width_m=width, height_m=height, source=_OWN)
+    except ValueError:
+        raise ValueError(f"found {text[:60]!r}, allowed: {PIECE_TEXT}") from None
+
+
+def _named(value: Any) -> Any:
+    try:
+        return piece_of(value) if isinstance(value, str) else value
+    except ValueError:
+        raise fault(value, f"{PIECE_TEXT}, or a table") from None
+
+
+Piece = Annotated[TestPiece, BeforeValidator(_named, json_schema_input_type=str | TestPiece)]
+"""A test piece, or a text that names one."""

@@ -33,6 +33,9 @@ _L1X = Model(
     corners="sines",
     least_m=0.04,
     rate_hz=50.0,
+    below_least="wrong",
+    detection_source="ST, user manual of the STEVAL-BCN002V1, as hosted by a third party: nearer"
+    " than 40 mm a target is detected, but its distance is not accurate",
     wavelength_nm=940.0,
     life_cycle="in full production (ST, DocID031281 of 2018)",
     note="27° is taken across the corners",
@@ -160,6 +163,9 @@ _ROW = (
         source="ST, datasheet of the VL53L3CX, features; targets: ST, user manual of its driver",
         wavelength_nm=940.0,
         fov_deg=25.0,
+        below_least="reported",
+        detection_source="ST, driver of the VL53L3CX, as quoted by a third party: a range status of"
+        " its own marks targets nearer than the least distance",
         targets=4,
         note="targets: the driver's default; a status marks targets below the least range, which is"
         " not stated",

@@ -17,6 +17,9 @@ Corners = Literal["tangents", "sines"]
 """How the diagonal D of a square beam follows from its sides H and V: ``tangents`` for the planar
 pyramid, tan²(D/2) = tan²(H/2) + tan²(V/2); ``sines`` by ST's definition (AN5894, section 2.3),
 sin²(D/2) = sin²(H/2) + sin²(V/2)."""
+BelowLeast = Literal["nothing", "wrong", "reported"]
+"""What a sensor does with a target nearer than its least distance: it reports nothing, a distance
+that is wrong, or the target with a status that says so."""
 DARK = "dark"
 _LEVEL = re.compile(r"(\d+(?:\.\d+)?)([a-z]+)")  # of light, in a unit
 _AGREE_DEG = 1.0  # a stated diagonal may differ from that of the stated sides by rounding
@@ -96,6 +99,16 @@ class Model:
     """Least measurable distance, m."""
     rate_hz: Annotated[float, Field(gt=0, le=1e6)] | None = None
     """Highest rate of readings, Hz."""
+    detection_rate: Annotated[float, Field(gt=0, lt=1)] | None = None
+    """Share of frames that report a target at the stated ranges."""
+    below_least: BelowLeast | None = None
+    """What happens nearer than the least distance: nothing is reported, a wrong distance, or the
+    target with a status."""
+    crosstalk: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Light that a cover glass throws back, as a share of the light from a target at the stated
+    range that fills the beam."""
+    detection_source: _Line = ""
+    """Source of the three figures above."""
     targets: Annotated[int, Field(ge=1, le=100)] | None = None
     """Most targets that a zone reports, one behind the other."""
     separation_m: Metres | None = None
@@ -127,6 +140,10 @@ class Model:
         refuse(self._range_faults())
         if self.separation_m is not None and self.targets in (None, 1):
             refuse([(("separation_m",), self.separation_m, "only with targets, 2 or more")])
+        stated = (self.detection_rate, self.below_least, self.crosstalk)
+        if any(figure is not None for figure in stated) and not self.detection_source:
+            text = "the source of detection_rate, below_least and crosstalk"
+            refuse([(("detection_source",), self.detection_source, text)])
 
     def _beam_faults(self) -> Iterator[Fault]:
         """Yield angles that are missing, or that contradict each other."""

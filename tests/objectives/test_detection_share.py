@@ -75,7 +75,7 @@ def plain_chance(scene, setup, detection, points):
             view = min(max(0.5 - hidden / (2 * r), 0.0), 1.0)
             s = share * view * (of.reach[k] / np.linalg.norm(v)) ** 2
             s *= np.linalg.norm(v) >= of.least[k]
-            b, z = of.threshold[k], of.quantile[k]
+            b, z = of.threshold[k, 0], of.quantile[k, 0]
             p = 1 - norm.cdf(b - s * (b + z)) / norm.cdf(b)
             p = 1 - (1 - p) ** of.frames[k]
             tail = np.convolve(tail, [1 - p, p])

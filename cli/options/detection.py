@@ -1,0 +1,75 @@
+"""Options of detection: which test piece, how fast, by how many sensors."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from cyclopts import Group, Parameter
+
+from ...coverage.definitions.errors import InputError, UserError
+from .groups import NO_SENSOR, SensorOptions
+from .offered import explained
+
+if TYPE_CHECKING:  # imported when the options are resolved
+    from ...coverage.detection.detection import Detection
+
+DETECTION = Group("Detection", sort_key=5)
+
+
+@Parameter(name="*", group=DETECTION)
+@explained
+@dataclass(frozen=True)
+class DetectionOptions:
+    """A test piece that sensors must notice. Its light and its reflectance are those of the
+    sensor's options, ``--ambient`` and ``--reflectance``."""
+
+    detect: str | None = None
+    """Test piece that sensors must notice: hand, arm, leg, torso, person, rod-DIAMETER in mm (such
+    as rod-40), or WIDTHxHEIGHT in metres. --reflectance replaces the reflectance of the piece."""
+    within: float | None = None
+    """Time in seconds within which the test piece must be noticed. Default: 0.2."""
+    detected_by: int | None = None
+    """Number of sensors that must notice the test piece. Default: 1."""
+    crosstalk: float | None = None
+    """Light that a cover glass throws back, as a share of the light from a target at the sensor's
+    stated range that fills the beam, from 0 to 1. Default: that of the sensor's file, or 0."""
+
+    def resolve(self, sensing: SensorOptions = NO_SENSOR) -> "Detection | None":
+        """Return the question that the options state, or None without ``--detect``.
+
+        Raises:
+            UserError: for a value that is not allowed, or an option that belongs to ``--detect``
+                without it.
+        """
+        if self.detect is None:
+            for name in ("within", "detected_by", "crosstalk"):
+                if (value := getattr(self, name)) is not None:
+                    option = f"--{name.replace('_', '-')}"
+                    raise UserError(f"{option} {value}: allowed only with --detect")
+            return None
+        if sensing.target_size is not None:
+            raise UserError(
+                f"--target-size {sensing.target_size}: not with --detect, whose test piece has a"
+                f" size; for another size, --detect {sensing.target_size}"
+            )
+        return self._stated(sensing)
+
+    def _stated(self, sensing: SensorOptions) -> "Detection":
+        from ...coverage.detection.detection import Detection
+
+        given = {
+            "piece": self.detect,
+            "reflectance": sensing.reflectance,
+            "ambient": sensing.ambient,
+            "seconds": self.within,
+            "at_least": self.detected_by,
+            "crosstalk": self.crosstalk,
+        }
+        try:
+            return Detection(**{k: v for k, v in given.items() if v is not None})
+        except InputError as error:
+            options = {"piece": "--detect", "seconds": "--within", "at_least": "--detected-by"}
+            key = error.argument.removeprefix("Detection: ")
+            raise UserError(f"{options.get(key, f'--{key}')}: {error.line}") from error
+
+
+NO_DETECTION = DetectionOptions()
