@@ -36,8 +36,6 @@ class Detection:
 
     piece: Piece = PIECES["hand"]
     """The test piece, or its name: hand, arm, leg, torso, person, rod-40, 0.1x0.4."""
-    reflectance: Annotated[float, Field(gt=0, le=1)] | None = None
-    """Reflectance of the piece, as a share; default: that of the piece."""
     ambient: Text | None = None
     """Ambient light, for example 5klx; default: that of each sensor's use, or the weakest with a
     figure."""
@@ -45,6 +43,8 @@ class Detection:
     """Time within which it must be noticed, s."""
     at_least: Annotated[int, Field(ge=1, le=100)] = 1
     """Number of sensors that must notice it."""
+    reflectance: Annotated[float, Field(gt=0, le=1)] | None = None
+    """Reflectance of the piece, as a share; default: that of the piece."""
     crosstalk: Annotated[float, Field(ge=0, le=1)] | None = None
     """Light that a cover glass throws back, as a share of the light from a target at the stated
     range that fills the beam; it hides as much of the signal. Default: that of the sensor's file,

@@ -31,6 +31,6 @@ def test_options_state_one_question_with_the_light_and_reflectance_of_the_sensor
     assert NO_DETECTION.resolve() is None
     options = DetectionOptions("rod-55", within=0.5, detected_by=2, crosstalk=0.01)
     sensing = SensorOptions(ambient="5klx", reflectance=0.018)
-    assert options.resolve(sensing) == Detection("rod-55", 0.018, "5klx", 0.5, 2, 0.01)
+    assert options.resolve(sensing) == Detection("rod-55", "5klx", 0.5, 2, 0.018, 0.01)
     with refused("--target-size 0.1x0.2 --detect"):
         options.resolve(SensorOptions(target_size="0.1x0.2"))
