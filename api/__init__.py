@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._catalogue import robots, sensors
+    from ._detection import detection_rates
     from ._errors import InputError
     from ._export import export
     from ._files import load, save
@@ -117,6 +118,7 @@ __all__ = [
     "UnionOf",
     "certify",
     "coverage_fraction",
+    "detection_rates",
     "export",
     "firing_schedule",
     "improve",
@@ -139,6 +141,7 @@ __all__ = [
 _MODULES = {
     "_catalogue": ("robots", "sensors"),
     "_verify": ("Coverage", "certify", "verify"),
+    "_detection": ("detection_rates",),
     "_errors": ("InputError",),
     "_export": ("export",),
     "_files": ("load", "save"),

@@ -1,6 +1,7 @@
 """Options of detection: which test piece, how fast, by how many sensors."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cyclopts import Group, Parameter
@@ -33,6 +34,10 @@ class DetectionOptions:
     """Light that a cover glass throws back, as a share of the light from a target at the sensor's
     stated range that fills the beam, from 0 to 1. Default: that of the sensor's file, or 0."""
 
+    detection_rates: Path | None = None
+    """Detection rates that you measured (CSV: distance_m, reflectance, rate, frames; sensor,
+    ambient, width_m, height_m if they matter), which take the place of the law."""
+
     def resolve(self, sensing: SensorOptions = NO_SENSOR) -> "Detection | None":
         """Return the question that the options state, or None without ``--detect``.
 
@@ -41,7 +46,7 @@ class DetectionOptions:
                 without it.
         """
         if self.detect is None:
-            for name in ("within", "detected_by", "crosstalk"):
+            for name in ("within", "detected_by", "crosstalk", "detection_rates"):
                 if (value := getattr(self, name)) is not None:
                     option = f"--{name.replace('_', '-')}"
                     raise UserError(f"{option} {value}: allowed only with --detect")
@@ -55,6 +60,7 @@ class DetectionOptions:
 
     def _stated(self, sensing: SensorOptions) -> "Detection":
         from ...coverage.detection.detection import Detection
+        from ...formats.detection_rates import read_rates
 
         given = {
             "piece": self.detect,
@@ -63,6 +69,7 @@ class DetectionOptions:
             "seconds": self.within,
             "at_least": self.detected_by,
             "crosstalk": self.crosstalk,
+            "rates": None if self.detection_rates is None else read_rates(self.detection_rates),
         }
         try:
             return Detection(**{k: v for k, v in given.items() if v is not None})

@@ -3,17 +3,19 @@
 import math
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from ..definitions.definition import definition
+from ..definitions.definition import definition, refuse
 from ..definitions.field_types import Text
 from ..sensors.effective_range import Use, model_of, steps
 from ..sensors.sensor import PAPER_SENSOR, Sensor
 from ..sensors.sensor_model import Model
-from .law import Detectors, Extent, equal_square
+from ..solids.beams import InBeam
+from .law import Detectors, Extent, equal_square, fill
+from .measured_rates import MeasuredRate, RateTable, ramps_of
 from .pieces import PIECES, Piece
 
 STATED_RATE = 0.9
@@ -49,6 +51,25 @@ class Detection:
     """Light that a cover glass throws back, as a share of the light from a target at the stated
     range that fills the beam; it hides as much of the signal. Default: that of the sensor's file,
     or 0."""
+    rates: RateTable | None = None
+    """Measured rates, which take the place of the law for the sensors that they name."""
+
+    def __post_init__(self) -> None:
+        if self.rates is not None and self.crosstalk is not None:
+            refuse([(("crosstalk",), self.crosstalk, "no such key with rates, which include it")])
+
+    def measured_for(self, sensor: Sensor) -> list[MeasuredRate]:
+        """Return the measured rates of a sensor in this light and for such a piece; none without a
+        table that holds for it.
+
+        Raises:
+            ValueError: if the table lacks this light or so dark a piece.
+        """
+        name, use = _name(sensor), sensor.use
+        if self.rates is None or not self.rates.holds_for(name):
+            return []
+        ambient = self.ambient or (None if use is None else use.ambient)
+        return self.rates.rates(name, ambient, self.rho)
 
     @property
     def rho(self) -> float:
@@ -76,6 +97,7 @@ class _Assumptions:
 
     thresholds: tuple[float, float] = (THRESHOLD, THRESHOLD)
     rate: float = STATED_RATE
+    of_rates: Literal["middle", "low", "high"] = "middle"
 
     def quantiles(self, rate: float | None) -> list[float]:
         """Return z for each threshold, so that the rate at R is met after false alarms."""
@@ -83,8 +105,8 @@ class _Assumptions:
         return [_NORMAL.inv_cdf(p + (1 - p) * _NORMAL.cdf(-b)) for b in self.thresholds]
 
 
-_LOW = _Assumptions(THRESHOLDS[::-1], RATES[0])
-_HIGH = _Assumptions(THRESHOLDS, RATES[1])
+_LOW = _Assumptions(THRESHOLDS[::-1], RATES[0], "low")
+_HIGH = _Assumptions(THRESHOLDS, RATES[1], "high")
 
 
 def detectors(sensors: list[Sensor], detection: Detection) -> Detectors:
@@ -99,7 +121,8 @@ def detectors(sensors: list[Sensor], detection: Detection) -> Detectors:
 def bounds(sensors: list[Sensor], detection: Detection) -> Bounds:
     """Return ``detectors`` at both ends of the assumptions: for each place the probability of one
     frame lies between theirs for every threshold in ``THRESHOLDS`` and, where no source states the
-    rate at the stated range, every rate in ``RATES``.
+    rate at the stated range, every rate in ``RATES``; or within the binomial error of measured
+    rates.
 
     Args:
         sensors: the sensors.
@@ -113,11 +136,14 @@ def bounds(sensors: list[Sensor], detection: Detection) -> Bounds:
 
 def reach(sensor: Sensor, detection: Detection) -> float:
     """Return the range R of a sensor, m, for a piece that fills the beam: by the catalogue's
-    figures, or for a sensor without a model by the inverse square from its range.
+    figures, or for a sensor without a model by the inverse square from its range. With measured
+    rates it is the farthest of their distances.
 
     Raises:
         ValueError: if no source states a range in such light.
     """
+    if rows := detection.measured_for(sensor):
+        return max(row.distance_m for row in rows)
     if sensor.use is None:
         return sensor.range_m * math.sqrt(min(detection.rho / WHITE, 1.0))
     use = sensor.use
@@ -132,7 +158,10 @@ def frames_in(sensor: Sensor, seconds: float) -> int:
 
 
 def _stacked(sensors: list[Sensor], detection: Detection, end: _Assumptions) -> Detectors:
-    each = [_one(s, detection, end) for s in (*sensors, PAPER_SENSOR)]  # columns without a sensor
+    each = [_one(s, detection, end) for s in sensors]
+    each.append(_one(PAPER_SENSOR, Detection(), end))  # for the columns without a sensor
+    most = max(len(one.ramps) for one in each)
+    each = [o._replace(ramps=np.pad(o.ramps, ((0, most - len(o.ramps)), (0, 0)))) for o in each]
     return Detectors(*(np.stack(column)[:-1] for column in zip(*each, strict=True)))
 
 
@@ -145,7 +174,7 @@ def _one(sensor: Sensor, detection: Detection, end: _Assumptions) -> Detectors:
     offset = detection.crosstalk
     if offset is None:
         offset = 0.0 if model is None else model.crosstalk or 0.0
-    return Detectors(
+    of = Detectors(
         edge=np.array(edge or (equal_square(math.tan(half)),) * 2),
         zones=np.array((float(sensor.zones), float(rows))),
         round=np.array(not sensor.square),
@@ -159,6 +188,27 @@ def _one(sensor: Sensor, detection: Detection, end: _Assumptions) -> Detectors:
         measured=np.array(False),
         ramps=np.zeros((0, 3)),
     )
+    rows = detection.measured_for(sensor)
+    return _by_rates(of, rows, end) if rows else of
+
+
+def _by_rates(of: Detectors, rows: list[MeasuredRate], end: _Assumptions) -> Detectors:
+    """Return a sensor with measured rates, taken with the target in the middle of a zone."""
+    aside = np.where(of.zones % 2 == 0, of.edge / of.zones, 0.0)
+
+    def signal(row: MeasuredRate) -> float:
+        share: Any = 1.0
+        if row.width_m is not None and row.height_m is not None:
+            d = np.array(row.distance_m)
+            share = fill(InBeam(d, *(aside * d)), of, Extent(row.width_m, row.height_m))
+        return float(share) * float(of.reach / row.distance_m) ** 2
+
+    ramps = getattr(ramps_of(rows, signal), end.of_rates)
+    return of._replace(measured=np.array(True), offset=np.array(0.0), ramps=ramps)
+
+
+def _name(sensor: Sensor) -> str:
+    return "" if sensor.use is None else sensor.use.name
 
 
 def _silent_to(model: Model) -> float:

@@ -1,0 +1,22 @@
+"""Detection rates that a user has measured."""
+
+from pathlib import Path
+
+from ._errors import input_errors
+from .coverage.detection.measured_rates import RateTable
+from .formats.detection_rates import read_rates
+
+
+def detection_rates(path: str | Path) -> RateTable:
+    """Return measured detection rates, for ``pr.Detection(rates=...)``.
+
+    Args:
+        path: CSV file with the columns ``distance_m``, ``reflectance``, ``rate`` (share of the
+            frames that reported the target) and ``frames`` (their number), and if they matter
+            ``sensor``, ``ambient``, ``width_m`` and ``height_m`` of the target.
+
+    Raises:
+        InputError: if the file cannot be read or a row is not valid.
+    """
+    with input_errors("path"):
+        return read_rates(Path(path))
