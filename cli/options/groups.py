@@ -106,6 +106,16 @@ class SensorOptions:
 
         return resolve_sensor(self.sensor, self.ambient, self.reflectance, self.target_size, own)
 
+    def refuse_alone(self) -> None:
+        """Refuse conditions where there is no sensor for them.
+
+        Raises:
+            UserError: if there is a condition.
+        """
+        for option in ("ambient", "reflectance"):
+            if (value := getattr(self, option)) is not None:
+                raise UserError(f"--{option} {value}: allowed only with --detect")
+
     def resolve(
         self, subject: str, scene: "Scene | None", frames: "FramePattern | None" = None
     ) -> "tuple[Setup, Scene]":

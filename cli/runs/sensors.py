@@ -7,6 +7,9 @@ from rich.padding import Padding
 from rich.table import Table
 
 from ...coverage.definitions.definition import json_of
+from ...coverage.definitions.errors import UserError
+from ...coverage.detection.detected_range import SHARES, detected_range
+from ...coverage.detection.detection import STATED_RATE, Detection
 from ...coverage.rings.sensor_records import SensorRecord
 from ...coverage.sensors.boards import Board
 from ...coverage.sensors.catalogue import MODELS
@@ -22,22 +25,42 @@ _LEGEND = (
     " brackets; least: shortest distance that is measured correctly; Hz: measurements per second;"
     " targets: most that one zone reports. –: not stated. The sources follow."
 )
+_COLUMNS = tuple(f"{100 * share:g} % of frames" for share in SHARES)
+_DETECTED = (
+    "distance in m along the axis up to which at least that share of frames report the piece, in"
+    " the middle of a zone and all of it in view; last: up to which it is detected in time with at"
+    " least 90 %. 0: nowhere. –: no source states a range in such light. The share of frames at the"
+    f" stated range is an assumption, {100 * STATED_RATE:g} %, where no source states it. Below the"
+    " table of a single sensor stand its figures, each with its mark."
+)
 
 
-def sensors(as_json: bool, file: Path | None = None) -> None:
-    """Print the catalogue, or the sensor in ``file``."""
-    uses = [Use(name) for name in MODELS]
-    if file is not None:
-        from ...formats.model_reader import read_sensor
+def uses_of(sensor: str | None) -> list[Use]:
+    """Return a sensor of the catalogue or of a file, or all of the catalogue.
 
-        uses = [Use(read_sensor(file))]
+    Raises:
+        UserError: if there is no such sensor, or the file is not valid.
+    """
+    if sensor is None:
+        return [Use(name) for name in MODELS]
+    if sensor in MODELS:
+        return [Use(sensor)]
+    if not sensor.lower().endswith(".toml"):
+        raise UserError(f"found {sensor}, allowed: {', '.join(MODELS)}, or a sensor file (.toml)")
+    from ...formats.model_reader import read_sensor
+
+    return [Use(read_sensor(Path(sensor)))]
+
+
+def sensors(uses: list[Use], as_json: bool, whole: bool) -> None:
+    """Print the figures of sensors; ``whole``: of the catalogue."""
     found = [effective(use) for use in uses]
     if as_json:
         say_json(json_of([SensorRecord.of(sensor) for sensor in found]))
         return
     models = [each.model for each in found]
     console = Terminal()
-    title = "Sensor catalogue" if file is None else "Sensor file"
+    title = "Sensor catalogue" if whole else "Sensor"
     console.print(Explained(title, _table(models), _LEGEND))
     first: dict[Board, str] = {}  # the model that a board was described for
     for m in models:
@@ -45,10 +68,38 @@ def sensors(as_json: bool, file: Path | None = None) -> None:
         for line in (*_details(m), *_board(m, first)):
             console.print(Padding(line, (0, 0, 0, 2), expand=False), highlight=False)
     console.print(
-        "Below its least distance a sensor still answers, but the distance is wrong."
-        + " The catalogue has no prices, because no dated offer is known." * (file is None),
+        "Below its least distance a sensor may still answer, with a distance that is wrong."
+        + " The catalogue has no prices, because no dated offer is known." * whole,
         highlight=False,
     )
+
+
+def detected(uses: list[Use], detection: Detection, as_json: bool) -> None:
+    """Print how far sensors detect a test piece, and what that rests on."""
+    records = [detected_range(effective(use).sensor, detection) for use in uses]
+    if as_json:
+        say_json(json_of(records))
+        return
+    piece = detection.piece
+    title = (
+        f"Detection of {piece.name}, {piece.width_m:g} × {piece.height_m:g} m,"
+        f" {100 * detection.rho:.3g} % reflectance, in {detection.ambient or 'the weakest light'}"
+    )
+    table = Table()
+    for column in ("sensor", *_COLUMNS, f"in {detection.seconds:g} s"):
+        table.add_column(column, justify="left" if column == "sensor" else "right")
+    for record in records:
+        values = [f"{d.frame_m:.2f}" for d in record.distances] or ["–"] * len(_COLUMNS)
+        values.append(f"{record.distances[1].in_time_m:.2f}" if record.distances else "–")
+        table.add_row(record.sensor, *values)
+    console = Terminal()
+    console.print(Explained(title, table, _DETECTED))
+    for record in records if len(records) == 1 else ():
+        for b in record.basis:
+            value = "" if b.value is None else f" {b.value:.4g} {b.unit}".rstrip()
+            console.lines(f"{b.figure}:{value} ({b.mark}: {b.source})")
+    for reason in dict.fromkeys(record.refused for record in records if record.refused):
+        console.lines(reason)
 
 
 def _table(models: list[Model]) -> Table:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.cli.runs.sensors import sensors as listing
+from place_rings.cli.runs.sensors import uses_of
 from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.catalogue import MODELS, model
@@ -175,10 +176,10 @@ def test_the_bill_of_an_own_sensor(mine):
 
 def test_the_listing_of_a_file_and_of_the_catalogue(mine, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    listing(True, mine)
+    listing(uses_of(str(mine)), True, False)
     (record,) = json.loads(capsys.readouterr().out)
     assert (record["model"], record["zones"], record["fov_up_deg"]) == ("mine", [8, 4], 30.0)
-    listing(False)
+    listing(uses_of(None), False, True)
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 80
     assert all(any(name in line for line in lines) for name in MODELS)
