@@ -171,7 +171,8 @@ def stated_in(statements: str | Path | Statements | None) -> Statements:
 @called_with(SafetyCall)
 def safety(call: SafetyCall) -> SafetyReport:
     """Simulate people who walk in from all sides while the robot moves, and count how many are
-    reported before they are closer than the separation distance of ISO/TS 15066.
+    reported before they are closer than the separation distance of ISO 10218-2:2025 (form of
+    ISO/TS 15066).
 
     The result is an engineering aid and confers no safety rating. Choose the sensor with its
     effective range on dark clothes, such as

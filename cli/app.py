@@ -30,8 +30,8 @@ These terms are used throughout:
 - **Target**: the volume to cover. V_N(0.3) is everything within 0.3 m of the robot's bodies, the
   first choice for people near the arm. V_S(0.5) is the paper's shell: discs of 0.5 m across the
   arm's centre line, cut flat at the tool. V_O is the sphere of the robot's reach, V_T a sphere of
-  1.5 m around the tool, V_OT both. V_P is the protective volume of ISO/TS 15066. The robot itself
-  is never part of a target.
+  1.5 m around the tool, V_OT both. V_P is the protective volume of ISO 10218-2:2025 (form of
+  ISO/TS 15066). The robot itself is never part of a target.
 - **Ring**: sensors that are evenly spaced around a link. Tilt is the angle of their axes out of the
   plane of the ring.
 - **Setup**: all sensors on one robot, as a proposal, a list of sensors, or a layout of the paper.

@@ -6,6 +6,7 @@ The picture of a robot needs the extra ``robots``, that of the viewer Chromium a
 Run: python docs/screenshots.py [placement | ring | lids | assembled_ur10 | viewer | ...] ...
 """
 
+import base64
 import math
 import shutil
 import subprocess
@@ -114,6 +115,20 @@ def viewer(folder: Path) -> Path:
     return folder / "viewer.png"
 
 
+def dossier(folder: Path) -> Path:
+    """Take the plan view out of a dossier's page."""
+    with (folder / "task.csv").open("w") as file:
+        words = [sys.executable, "-m", "place_rings.cli.entry", "task"]
+        subprocess.run(words, stdout=file, check=True)
+    motion = ("--trajectory", str(folder / "task.csv"), "--paper", "--approaches", "24")
+    light = ("--sensor", "vl53l1x", "--ambient", "dark")
+    command("safety", "n3_16_55", *motion, *light, "--dossier", "--out", str(folder))
+    page = (folder / "dossier.html").read_text("utf-8")
+    _, _, image = page.partition("data:image/png;base64,")
+    (folder / "dossier.png").write_bytes(base64.b64decode(image.partition('"')[0]))
+    return folder / "dossier.png"
+
+
 PICTURES: dict[str, Callable[[Path], Path]] = {
     "placement": placement,
     "ring": ring,
@@ -125,6 +140,7 @@ PICTURES: dict[str, Callable[[Path], Path]] = {
     "wiring": wiring,
     "robot": robot,
     "viewer": viewer,
+    "dossier": dossier,
 }
 
 

@@ -119,7 +119,7 @@ def _with_files(
     match scene.get("safety"):
         case {"stop_times": str() as name} as safety:
             file = beside(path, f"{key}safety.stop_times", name)
-            scene["safety"] = safety | {"stop_times": read_stop_times(file, _robot_of(scene))}
+            scene["safety"] = {**safety, "stop_times": read_stop_times(file, _robot_of(scene))}
     if isinstance(targets := scene.get("targets"), list):
         read, where = beside_of(path), f"{path}: {key}targets"
         scene["targets"] = [

@@ -88,7 +88,7 @@ _TARGETS = {
     "V_O": "V_O: sphere of the robot's reach",
     "V_T": "V_T: sphere around the tool, of 1.5 m unless the scene says otherwise",
     "V_OT": "V_OT: V_O and V_T together",
-    "V_P": "V_P: protective volume of ISO/TS 15066",
+    "V_P": "V_P: protective volume of ISO 10218-2:2025 (form of ISO/TS 15066)",
 }
 
 
@@ -111,7 +111,8 @@ def target_meaning(target: Target, scene: Scene) -> str:
         ),
         "V_S": f"the discs of {radius:g} m across the arm's centre line, cut flat at the tool",
         "V_N": f"all points within {radius:g} m of the robot's bodies",
-        "V_P": "all points within the separation distance of ISO/TS 15066",
+        "V_P": "all points within the separation distance of ISO 10218-2:2025 (form of"
+        " ISO/TS 15066)",
     }
     what = named[target.name] if target.named else target.described()
     return f"{target} is {what}"

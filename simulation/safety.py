@@ -39,8 +39,8 @@ from .motion_samples import STEP, Moments, moments_of_record, moments_of_scene
 from .safety_options import SafetyOptions
 
 DISCLAIMER = (
-    "place-rings is an engineering aid. Nothing here confers a safety rating: the sensors of its"
-    " catalogue are not safety-rated, and coverage is not detection. Compliance with the standards"
+    "place-rings is an engineering aid. Nothing here confers a safety rating: few sensors of its"
+    " catalogue are safety-rated, and coverage is not detection. Compliance with the standards"
     " for protective devices (ISO 13855, ISO 10218-2, IEC 61496) must be demonstrated on the real"
     " cell by those responsible for it."
 )

@@ -67,10 +67,11 @@ def safety(
 ) -> None:
     """Simulate people who walk up to the moving robot, and report how many are detected in time.
 
-    In time means: before the person is closer than the separation distance of ISO/TS 15066, which
-    follows from the keys in [safety] of a scene. To search rings for the space close to the robot,
-    use place-rings --target V_N:0.3 first. With --sensor the person wears dark clothes
-    (reflectance 0.17) and is as large as a torso (0.45x0.7 m), unless options state otherwise.
+    In time means: before the person is closer than the separation distance of ISO 10218-2:2025, in
+    the form of ISO/TS 15066, which follows from the keys in [safety] of a scene. To search rings
+    for the space close to the robot, use place-rings --target V_N:0.3 first. With --sensor the
+    person wears dark clothes (reflectance 0.17) and is as large as a torso (0.45x0.7 m), unless
+    options state otherwise. With --dossier, a page for the safety engineer is written as well.
     **This is an engineering aid; it confers no safety rating.**
 
     For example:
@@ -143,8 +144,8 @@ def _show(r: "SafetyResult", folder: Path, dossier: bool) -> None:
         " not reported before contact."
     )
     say(
-        f"Separation distance at the fastest part: {formula(r.separation)} (ISO/TS 15066). The"
-        f" smallest S is {r.separation.least_m:.2f} m."
+        f"Separation distance at the fastest part: {formula(r.separation)} (form of ISO/TS 15066,"
+        f" now in ISO 10218-2:2025). The smallest S is {r.separation.least_m:.2f} m."
     )
     if r.range_m < r.range_needed_m:
         say(

@@ -44,8 +44,8 @@ Targets = Annotated[
             " within RADIUS metres of the robot's bodies. V_S: the paper's shell, discs of RADIUS"
             " metres across the arm's centre line, cut flat at the tool. V_O: the robot's reach."
             " V_T: 1.5 m around the tool. V_OT: V_O and V_T together. V_P: the protective volume of"
-            " ISO/TS 15066. FILE.toml[=WEIGHT]: a volume of your own. Repeatable. Default: the"
-            " targets of the scene (reference scene: V_S:0.5)."
+            " ISO 10218-2:2025 (form of ISO/TS 15066). FILE.toml[=WEIGHT]: a volume of your own."
+            " Repeatable. Default: the targets of the scene (reference scene: V_S:0.5)."
         ),
     ),
 ]

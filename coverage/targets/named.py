@@ -122,7 +122,8 @@ class Near(_Named):
 class ProtectiveVolume(_Named):
     """V_P: all points closer to a link than its separation distance.
 
-    The distance follows from the scene's ``safety`` and the speeds of its poses, by ISO/TS 15066.
+    The distance follows from the scene's ``safety`` and the speeds of its poses, by ISO
+    10218-2:2025 (form of ISO/TS 15066).
     It confers no safety rating.
 
     Example:

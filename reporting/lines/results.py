@@ -165,7 +165,7 @@ def protective_lines(results: list[Verified], setup: Setup) -> list[str]:
             f" m on average; the fastest part moves at {s.fastest_m_s:.2f} m/s ({known}), T_r"
             f" {s.reaction_s:g} s, T_s {s.stopping_s:g} s."
         ),
-        f"At the fastest part {formula(s)} (ISO/TS 15066).",
+        f"At the fastest part {formula(s)} (form of ISO/TS 15066, now in ISO 10218-2:2025).",
         *reach,
         DISCLAIMER,
     ]

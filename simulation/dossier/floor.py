@@ -62,32 +62,32 @@ class Floor:
     @property
     def never_seen(self) -> Bool[np.ndarray, "X Y"]:
         """Squares with room in which a person is unseen at every moment."""
-        return self.room & self.unseen.all(axis=0)
+        return np.asarray(self.room & self.unseen.all(axis=0))
 
     @property
     def at_times_unseen(self) -> Bool[np.ndarray, "X Y"]:
         """Squares with room in which a person is unseen at one moment or more."""
-        return self.room & self.unseen.any(axis=0)
+        return np.asarray(self.room & self.unseen.any(axis=0))
 
     @property
     def near(self) -> Bool[np.ndarray, "X Y"]:
         """Squares with room that are within the separation distance at one moment or more."""
-        return self.room & self.within.any(axis=0)
+        return np.asarray(self.room & self.within.any(axis=0))
 
     @property
     def near_unseen(self) -> Bool[np.ndarray, "X Y"]:
         """Squares with room that are within the separation distance, and unseen, at one moment."""
-        return self.room & (self.unseen & self.within).any(axis=0)
+        return np.asarray(self.room & (self.unseen & self.within).any(axis=0))
 
     @property
     def access(self) -> Bool[np.ndarray, "X Y"]:
         """Near squares that a person reaches through squares that are never seen."""
-        return self.near & reached(self.never_seen, self.outside)
+        return np.asarray(self.near & reached(self.never_seen, self.outside))
 
     @property
     def possible_access(self) -> Bool[np.ndarray, "X Y"]:
         """Near squares that a person reaches through squares that are unseen at some moment."""
-        return self.near & reached(self.at_times_unseen, self.outside)
+        return np.asarray(self.near & reached(self.at_times_unseen, self.outside))
 
 
 @definition(kw_only=True)
@@ -210,7 +210,7 @@ def _gaps(columns: Float[np.ndarray, "2 G 3"], m: Moments, moment: int) -> Float
     """Return the distance of each person's axis from the surface of each part of the robot, m."""
     start, end = m.start[moment][None], m.end[moment][None]
     distance = segment_to_segment(columns[0][:, None], columns[1][:, None], start, end)
-    return np.asarray(distance) - m.radius
+    return np.asarray(distance - m.radius)
 
 
 def _seen(
