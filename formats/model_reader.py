@@ -116,10 +116,10 @@ def _with_files(
     if isinstance(name := scene.get("calibration"), str):
         file = beside(path, f"{key}calibration", name)
         scene["calibration"] = CalibrationTable.of(read_calibration(file, _robot_of(scene)))
-    match scene.get("safety"):
-        case {"stop_times": str() as name} as safety:
-            file = beside(path, f"{key}safety.stop_times", name)
-            scene["safety"] = {**safety, "stop_times": read_stop_times(file, _robot_of(scene))}
+    safety = scene.get("safety")
+    if isinstance(safety, dict) and isinstance(name := safety.get("stop_times"), str):
+        file = beside(path, f"{key}safety.stop_times", name)
+        scene["safety"] = {**safety, "stop_times": read_stop_times(file, _robot_of(scene))}
     if isinstance(targets := scene.get("targets"), list):
         read, where = beside_of(path), f"{path}: {key}targets"
         scene["targets"] = [

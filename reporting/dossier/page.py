@@ -122,8 +122,8 @@ def _capability(d: Dossier) -> Iterator[str]:
     )
     yield (
         "A catalogue range holds for a target that fills the beam, unless a size is stated. Smaller"
-        " objects are detected less far: `place-rings sensors` with `--detect` predicts how far, which"
-        " is no test.\n"
+        " objects are detected less far: `place-rings sensors` with `--detect` predicts how far,"
+        " which is no test.\n"
     )
 
 
