@@ -13,7 +13,7 @@ from ._validation import check_scene, check_search_sight, given_scene
 from ._versions import origin
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
-from .objectives.criterion import Criterion, check_criterion
+from .objectives.criterion import Criterion, check_criterion, check_detection
 from .objectives.scene import Scene
 from .objectives.verify import Verifier
 from .placement.bound.coverage_bound import CoverageBound
@@ -41,19 +41,25 @@ def criterion(scene: Scene, options: SearchOptions) -> Criterion:
         InputError: for criteria that cannot be combined.
     """
     redundancy, losing, errors = options.redundancy, options.losing, None
+    if (detection := options.detect) is not None:
+        at_least = max(redundancy, detection.at_least)
+        redundancy, detection = 1, replace(detection, at_least=at_least)
+        with input_errors("detect"):
+            check_detection(scene, detection)
     if options.tolerant:
         mm, angle = options.position_error_mm, options.direction_error_deg
         position, direction = 5.0 if mm is None else mm, 2.0 if angle is None else angle
         errors = MountingErrors(position / 1000, radians(direction))
-    if scene.over_poses == "worst" and (losing is not None or errors or redundancy > 1):
+    aim = Criterion(redundancy, errors, losing=losing, detection=detection)
+    if scene.over_poses == "worst" and not aim.plain:
         raise InputError(
-            "found worst, allowed: only without redundancy, losing and tolerant",
+            "found worst, allowed: only without redundancy, losing, tolerant and detect",
             "over_poses",
-            others=("redundancy", "losing", "tolerant"),
+            others=("redundancy", "losing", "tolerant", "detect"),
         )
     with input_errors("losing"):
         check_criterion(scene, Criterion(losing=losing))
-    return Criterion(redundancy, errors, losing=losing)
+    return aim
 
 
 @dataclass(frozen=True)
@@ -105,6 +111,13 @@ def search(call: SearchCall) -> Proposal:
                 " mounting errors",
                 "gap",
             )
+    seeing = space.sensors + sum(group.count for group in scene.standing)
+    if aim.detection is not None and aim.detection.at_least > seeing and call.reach is None:
+        raise InputError(
+            f"found detection by {aim.detection.at_least} sensors, allowed: at most {seeing}, those"
+            " of the search",
+            "detect",
+        )
     check_scene(scene, call.voxel)
     check_search_sight(scene)
     with input_errors("device"):

@@ -17,8 +17,10 @@ import numpy as np
 from ._arguments import whole
 from ._errors import InputError, input_errors
 from ._validation import SetupLike, given_scene, resolve_setup
+from .coverage.detection.detection import Detection
 from .coverage.rings.ring import Setup
 from .coverage.rings.ring_kinematics import RingArrays, ring_arrays
+from .objectives.criterion import Criterion
 from .objectives.scene import Scene
 from .objectives.soft_coverage import SoftCoverage
 from .objectives.target_points import TargetPoints
@@ -75,6 +77,7 @@ def coverage_fraction(
     width: float | jax.Array = 0.02,
     *,
     values: Any = None,
+    detect: Detection | None = None,
 ) -> jax.Array:
     """Return the soft coverage of a setup, differentiable with respect to its rings' values.
 
@@ -84,8 +87,9 @@ def coverage_fraction(
     beams cover it to 1 - prod(1 - degree); of each ring the sensors nearest in azimuth count. The
     result is the weighted mean over points, targets and poses. As the width approaches 0, it
     approaches the share of covered points. The function works under ``jax.grad``, ``jax.jit`` and
-    ``jax.vmap``. It ignores ``at_least_percent`` of targets and ``over_poses``. The first call
-    for a scene and setup of a new shape compiles it; a compilation of more than 2 s is logged.
+    ``jax.vmap``. It ignores ``at_least_percent`` of targets and ``over_poses``. With ``detect`` the
+    degree of a point is the probability that the test piece there is detected in time. The first
+    call for a scene and setup of a new shape compiles it; a compilation of more than 2 s is logged.
 
     Args:
         setup: the rings: links, sensors and radii, and their positions and angles unless ``values``
@@ -97,14 +101,16 @@ def coverage_fraction(
         width: width of the sigmoid, m, above 0. It is a constant without a gradient.
         values: (3, R) array: positions (0 to 1), tilts (rad) and phases (rad) of the R rings;
             ``setup.values`` by default.
+        detect: what is to be detected; None: points are to be in beams. It is smooth by itself:
+            ``width`` smooths first returns only.
 
     Returns:
         A scalar in [0, 1]; NaN for values that are not finite, or for a traced width that is not
         above 0.
 
     Raises:
-        InputError: for a width that is not above 0, values or points of another shape, or a setup
-            that does not fit the scene.
+        InputError: for a width that is not above 0, values or points of another shape, a setup that
+            does not fit the scene, or light in which no source states a sensor's range.
 
     Example:
         >>> import jax
@@ -116,7 +122,7 @@ def coverage_fraction(
         >>> jax.grad(objective)(setup.values).shape
         (3, 3)
     """
-    ready = _prepare(setup, scene, points)
+    ready = _prepare(setup, scene, points, detect)
     given = ready.values if values is None else _numbers(values, ready.values.shape)
     if not isinstance(width, jax.core.Tracer):
         _check_width(width)
@@ -159,33 +165,36 @@ def _check_width(width: Any) -> None:
         raise InputError(f"found {width!r}, allowed: m, above 0 and finite", "width")
 
 
-def _prepare(setup: Any, scene: Any, points: Any) -> _Prepared:
+def _prepare(setup: Any, scene: Any, points: Any, detect: Detection | None) -> _Prepared:
     """Return the compiled function of a setup, a scene and points, from the cache if it is there.
 
     Setups and their files are resolved on every call, and arrays of points are compared by their
     numbers, because both may change between calls.
     """
     _, placed, core = resolve_setup(setup, scene)
-    among: tuple[Any, ...] = (id(core), id(points))
+    among: tuple[Any, ...] = (id(core), detect, id(points))
     if not isinstance(points, TargetPoints):
         points = _array(points)
-        among = (id(core), len(points), blake2b(points.tobytes()).digest())
+        among = (id(core), detect, len(points), blake2b(points.tobytes()).digest())
     key = (*among, placed)
     with _lock:
         if key not in _prepared:
             soft = next((one.soft for at, one in _prepared.items() if at[:-1] == among), None)
-            _prepared[key] = _made(placed, core, points, soft)
+            _prepared[key] = _made(placed, core, points, soft, detect)
             while len(_prepared) > _KEPT:
                 _prepared.popitem(last=False)
         _prepared.move_to_end(key)
         return _prepared[key]
 
 
-def _made(setup: Setup, core: Scene, points: Any, soft: SoftCoverage | None) -> _Prepared:
+def _made(
+    setup: Setup, core: Scene, points: Any, soft: SoftCoverage | None, detect: Detection | None
+) -> _Prepared:
     # the cached values must not belong to a caller's trace
     with input_errors(), jax.ensure_compile_time_eval():
-        soft = soft or _soft_coverage(core, points)
-        arrays = ring_arrays(core.robot, core.with_cell(setup).groups)
+        aim, placed = Criterion(detection=detect), core.with_cell(setup)
+        soft = soft or _soft_coverage(core, points, aim)
+        arrays = ring_arrays(core.robot, placed.groups, detection=detect)
     return _Prepared(soft, arrays, setup.values, (core, points))
 
 
@@ -204,16 +213,16 @@ def _array(points: Any) -> np.ndarray:
     return each
 
 
-def _soft_coverage(scene: Scene, points: Any) -> SoftCoverage:
+def _soft_coverage(scene: Scene, points: Any, aim: Criterion) -> SoftCoverage:
     """Return the soft coverage at points of each target at each pose, or at an array of points at
     every pose."""
     poses = len(scene.poses)
     if not isinstance(points, TargetPoints):
         one = replace(scene, targets=scene.targets[:1])
-        return SoftCoverage(one, [(0, p) for p in range(poses)], [points] * poses)
+        return SoftCoverage(one, [(0, p) for p in range(poses)], [points] * poses, aim)
     if (
         max(g for g, _ in points.terms) >= len(scene.targets)
         or max(p for _, p in points.terms) >= poses
     ):
         raise InputError("found points of another scene, allowed: those of this one", "points")
-    return SoftCoverage(scene, points.terms, points.points)
+    return SoftCoverage(scene, points.terms, points.points, aim)

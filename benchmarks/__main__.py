@@ -59,6 +59,9 @@ PARTS = {
         "Search: answers and time against an earlier search, spread over seeds, other optimisers",
         *(10, 12, "1,000 sensors, checked by random points"),
     ),
+    "detection_search": Part(
+        "Search for detection, beside the search for ζ", 8, 24, "three seeds instead of one"
+    ),
     "start_up": Part(
         "Start-up time of commands", 1, 10, "more rounds, and the questions of the docs"
     ),

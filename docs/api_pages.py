@@ -10,7 +10,7 @@ from dataclasses import is_dataclass
 from enum import Enum
 from functools import cached_property, reduce
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ForwardRef, Literal, Union, get_args, get_origin, get_type_hints
 
 import place_rings as pr
 from place_rings.coverage.definitions.docstrings import docstrings
@@ -146,6 +146,8 @@ def _type(kind: Any) -> str:
         return f"{origin.__name__ if origin else ''}[{within}]"
     if kind in (None, NoneType, ...):
         return "..." if kind is ... else "None"
+    if isinstance(kind, ForwardRef):
+        return kind.__forward_arg__
     return kind if isinstance(kind, str) else kind.__name__
 
 

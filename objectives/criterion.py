@@ -1,15 +1,19 @@
-"""The criterion that a search maximises: coverage, k-coverage, coverage after the worst loss, or
-mean coverage under mounting errors.
+"""The criterion that a search maximises: coverage, k-coverage, coverage after the worst loss, mean
+coverage under mounting errors, or the expected share in which a test piece is detected.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..coverage.choices import Losing
+from ..coverage.detection.detection import Detection, detectors
 from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, Mountings, draw_errors
 from ..coverage.rings.ring import Setup
+from ..coverage.targets.target import Target
+from .detection_share import at_pose
 from .redundancy import redundancy
 from .scene import Scene
 from .tolerance import exact_zetas, mounted_cones, nominal_cones
@@ -41,6 +45,8 @@ class Criterion:
     """Random seed of the drawn mountings."""
     losing: Losing | None = None
     """Count coverage without the ring or the sensor whose loss costs most."""
+    detection: Detection | None = None
+    """Count the probability that a test piece is detected; None: count beams."""
 
     def __post_init__(self) -> None:
         if self.seen < 1 or self.draws < 1:
@@ -52,11 +58,16 @@ class Criterion:
                 f"the loss of a {self.losing} cannot be combined with several sensors or mounting"
                 " errors; set only one of them"
             )
+        if self.detection is not None and (self.losing or self.errors or self.seen > 1):
+            raise ValueError(
+                "detection cannot be combined with a loss or mounting errors; its at_least is the"
+                " number of sensors"
+            )
 
     @property
     def plain(self) -> bool:
         """Whether the criterion is zeta itself."""
-        return self.seen == 1 and self.errors is None and self.losing is None
+        return self == Criterion(draws=self.draws, seed=self.seed)
 
     @property
     def mountings_drawn(self) -> Mountings | None:
@@ -77,6 +88,9 @@ class Criterion:
         )
 
     def __str__(self) -> str:
+        if (detection := self.detection) is not None:
+            by = f" by at least {detection.at_least} sensors" if detection.at_least > 1 else ""
+            return f"{detection.piece.name} detected within {detection.seconds:g} s{by}"
         if self.losing:
             return f"seen without the worst {self.losing}"
         seen = "seen" if self.seen == 1 else f"seen by at least {self.seen} sensors"
@@ -104,6 +118,10 @@ def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, floa
         return verifier.judge(setup)
     check_criterion(verifier.scene, aim)
     goals, weights = verifier.scene.targets, verifier.scene.goal_weights
+    if aim.detection is not None:
+        return _judged(
+            verifier, [detected(verifier, setup, g.target, aim.detection) for g in goals]
+        )
     if aim.losing:
         lost = "without_ring" if aim.losing == "ring" else "without_sensor"
         each = [getattr(redundancy(verifier, setup, goal.target, 1), lost) for goal in goals]
@@ -113,10 +131,24 @@ def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, floa
         nominal_cones(verifier, setup) if drawn is None else mounted_cones(verifier, setup, drawn)
     )
     means = [float(exact_zetas(verifier, goal.target, cones, aim.seen).mean()) for goal in goals]
+    return _judged(verifier, means)
+
+
+def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detection) -> float:
+    """Return the expected share of a target in which a setup detects a test piece, the mean over
+    the poses."""
+    poses = range(len(verifier.scene.poses))
+    each = [at_pose(verifier, setup, target, pose, detection).zeta for pose in poses]
+    return weighted_mean(verifier.scene.pose_weights, each)
+
+
+def _judged(verifier: Verifier, means: Sequence[float]) -> tuple[float, float]:
+    """Return the summed shortfall of the goals' values below their floors, and the mean."""
     short = math.fsum(
-        max(goal.at_least - mean, 0.0) for goal, mean in zip(goals, means, strict=True)
+        max(goal.at_least - mean, 0.0)
+        for goal, mean in zip(verifier.scene.targets, means, strict=True)
     )
-    return short, weighted_mean(weights, means)
+    return short, weighted_mean(verifier.scene.goal_weights, means)
 
 
 def check_criterion(scene: Scene, aim: Criterion) -> None:
@@ -127,8 +159,10 @@ def check_criterion(scene: Scene, aim: Criterion) -> None:
 
     Raises:
         ValueError: if the scene combines a loss with floors, or the worst pose with a criterion
-            other than zeta.
+            other than zeta; for a detection in light or a time without a figure.
     """
+    if aim.detection is not None:
+        check_detection(scene, aim.detection)
     if aim.losing and any(goal.at_least > 0 for goal in scene.targets):
         raise ValueError(
             f"a goal's floor cannot be combined with the loss of a {aim.losing}; set only one of"
@@ -136,6 +170,20 @@ def check_criterion(scene: Scene, aim: Criterion) -> None:
         )
     if scene.over_poses == "worst" and not aim.plain:
         raise ValueError(
-            "the worst pose cannot be combined with several sensors, a loss or mounting errors; set"
-            " only one of them"
+            "the worst pose cannot be combined with several sensors, a loss, mounting errors or"
+            " detection; set only one of them"
+        )
+
+
+def check_detection(scene: Scene, detection: Detection) -> None:
+    """Reject a detection that no sensor of a scene can achieve.
+
+    Raises:
+        ValueError: if no source states a range in its light, or its time is shorter than a frame.
+    """
+    frames = detectors(list(scene.sensors), detection).frames
+    if not frames.any():
+        raise ValueError(
+            f"found {detection.seconds:g} s to detect a {detection.piece.name}, in which no sensor"
+            " of the scene completes a frame; allow more time"
         )

@@ -172,6 +172,8 @@ class SoftCoverage:
         seeing = np.asarray(each.range_m) > 0
         if largest is None:
             largest = int(np.bincount(np.asarray(arrays.ring)[seeing]).max(initial=1))
+        if self.aim.detection is not None:  # near a ring a piece reaches into the beams of half
+            return min(largest, largest // 2 + 2)
         overlap = math.ceil(float(half[seeing].max(initial=0.0)) * largest / math.pi)
         more = self.aim.seen - 1 + (self.aim.losing == "sensor")
         return min(largest, max(2, overlap) + more)

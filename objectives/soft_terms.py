@@ -24,7 +24,14 @@ from ..coverage.rings.ring_kinematics import (
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import carried_at, robot_capsules
 from ..coverage.soft.beams import RingsAt, rings_at
-from ..coverage.soft.estimator import Choices, choices, covered, log_uncovered
+from ..coverage.soft.estimator import (
+    Choices,
+    choices,
+    covered,
+    detected,
+    log_uncovered,
+    log_undetected,
+)
 from ..coverage.soft.line_of_sight import Occluding, occluding
 from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron
@@ -179,9 +186,12 @@ class SoftTerms:
         the degrees to which points count as covered."""
         wide = jax.lax.stop_gradient(jnp.asarray(width, jnp.float32))
         rings, seat, hidden = self._placed(arrays, values, wide)
-        sensors = arrays.turn.shape[0]
+        sensors, detection = arrays.turn.shape[0], self.aim.detection
 
         def term(here: Any, hidden: Any, points: Any, chosen: Choices, seat: Any) -> Any:
+            if detection is not None and here.detectors is not None:
+                missed = log_undetected(here, points, detection.extent, chosen, hidden, seat)
+                return detected(missed, detection.at_least)
             free = log_uncovered(here, points, wide, chosen, hidden, seat)
             return covered(free, chosen.near.sensor, sensors, self.aim.seen, self.aim.losing)
 

@@ -1,5 +1,6 @@
 """The search, which runs without a command."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -8,6 +9,7 @@ from cyclopts import Parameter
 from ...coverage.definitions.errors import UserError
 from ...placement.search.options import SearchOptions
 from ..options.common import FAILURES, Floors, Json
+from ..options.detection import DetectOption, detection_of
 from ..options.groups import (
     NO_MOTION,
     NO_SENSOR,
@@ -21,12 +23,13 @@ from ..options.offered import offering
 _FAILING = ("redundancy", "losing", "tolerant", "position_error_mm", "direction_error_deg")
 
 
-@offering(dict.fromkeys(_FAILING, FAILURES), without=("start",))
+@offering(dict.fromkeys(_FAILING, FAILURES), without=("start", "detect"))
 def place(
     *,
     where: SceneOptions = REFERENCE,
     options: SearchOptions,
     at_least: Floors = (),
+    detect: DetectOption = None,
     sensing: SensorOptions = NO_SENSOR,
     motion: MotionOptions = NO_MOTION,
     worst: Annotated[
@@ -53,6 +56,6 @@ def place(
     scene = with_sensor(scene, sensing.selected(scene.sensor))
     scene = motion.applied(with_floors(scene, at_least), worst)
     try:
-        run(scene, options, out, as_json)
+        run(scene, replace(options, detect=detection_of(detect, sensing)), out, as_json)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
-from ...coverage.definitions.errors import InputError, UserError
+from ...coverage.definitions.errors import InputError, UserError, shown
 from .groups import NO_SENSOR, SensorOptions
 from .offered import explained
 
@@ -80,3 +80,33 @@ class DetectionOptions:
 
 
 NO_DETECTION = DetectionOptions()
+DetectOption = Annotated[
+    str | None,
+    Parameter(
+        group=DETECTION,
+        help=(
+            "Maximise the expected share of the targets in which a test piece is noticed in time,"
+            " instead of the coverage: NAME[:SECONDS], for example hand, torso or rod-40:0.5."
+            " Default: 0.2 s. With --redundancy N, N sensors must notice it. Not with --losing,"
+            " --tolerant, --gap and --worst."
+        ),
+    ),
+]
+
+
+def detection_of(text: str | None, sensing: SensorOptions) -> "Detection | None":
+    """Return the question that NAME[:SECONDS] states, for a command whose ``--within`` means
+    something else; None for None.
+
+    Raises:
+        UserError: as ``DetectionOptions.resolve``.
+    """
+    if text is None:
+        return None
+    name, _, seconds = text.partition(":")
+    try:
+        within = float(seconds) if seconds else None
+    except ValueError:
+        line = f"--detect: found {shown(seconds)}, allowed: NAME:SECONDS with a number"
+        raise UserError(line) from None
+    return DetectionOptions(name, within).resolve(sensing)

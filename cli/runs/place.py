@@ -208,8 +208,9 @@ def _show(
 def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Terminal) -> None:
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
+    value = "coverage" if result.detection is None else "expected share with detection"
     console.print(
-        f"Search{sought}: coverage {100 * result.exact:.2f} %; {result.starts} starts,"
+        f"Search{sought}: {value} {100 * result.exact:.2f} %; {result.starts} starts,"
         f" {result.seconds:.0f} s, of which start-up {result.start_up:.1f} s;"
         f" {result.outcome.value}.",
         highlight=False,

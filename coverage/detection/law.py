@@ -184,11 +184,17 @@ def _by_ramps(s: Any, ramps: Any) -> Any:
     return total
 
 
-def in_time(p: Any, of: Detectors) -> Any:
-    """Return the probability that one of the frames in time reports a piece; frames are taken as
-    independent."""
+def log_missed(p: Any, of: Detectors) -> Any:
+    """Return the logarithm of the probability that no frame in time reports a piece; frames are
+    taken as independent."""
     xp = namespace(p)
-    return -xp.expm1(of.frames * xp.log1p(-xp.minimum(p, 1 - 1e-7)))
+    return of.frames * xp.log1p(-xp.minimum(p, 1 - 1e-7))
+
+
+def in_time(p: Any, of: Detectors) -> Any:
+    """Return the probability that one of the frames in time reports a piece."""
+    missed = log_missed(p, of)
+    return -namespace(missed).expm1(missed)
 
 
 def at_least(k: int, detected: Any) -> Any:

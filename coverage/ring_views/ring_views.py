@@ -11,6 +11,10 @@ greater c too, as long as the range suffices. Hence a point outside the endless 
 of the sensor nearest in azimuth is outside those of all sensors of the ring. One test of each place
 and point (dense) leaves few candidates. Only for these are beams, mounting errors and lines of
 sight tested exactly, sensor by sensor in the order of their azimuths, until one lies outside.
+
+A test piece reaches into beams that its centre is outside of. The outer cone is then wider by a
+distance at every depth: the distance of the point from the sensor's axis falls as c grows, so that
+the same holds.
 """
 
 import math
@@ -22,11 +26,13 @@ from jaxtyping import Bool, Float, Int, UInt8, UInt16
 from ..rings.mounting_errors import seated
 from ..rings.ring import Ring
 from ..solids.beams import InBeam
+from .detections import MOST, Detections, SensorDetections
 from .line_of_sight import LinkOccluders
 from .mount_points import MountPoints, RingErrors
 from .sightlines import Sightlines
 
 _MARGIN = 1e-3  # rad, by which outer cones exceed the beams in them
+_WIDEST = 1.57  # rad, half angle of an outer cone with a tangent
 
 
 class RingPlaces(NamedTuple):
@@ -44,7 +50,8 @@ class Views(NamedTuple):
     """What a ring sees at K places."""
 
     counts: UInt8[np.ndarray, "K N"]
-    """Number of sensors that see each point, at most the requested number."""
+    """Number of sensors that see each point, at most the requested number, or the integers of
+    ``detections``."""
     sensor: UInt16[np.ndarray, "K N"] | None
     """Number on the ring of the last counted sensor; None if not requested."""
 
@@ -73,6 +80,7 @@ def ring_views(
     past: LinkOccluders | None = None,
     errors: RingErrors | None = None,
     named: bool = False,
+    detections: Detections | None = None,
 ) -> Views:
     """Return how many sensors of a ring see each point, for K places of the ring.
 
@@ -86,16 +94,18 @@ def ring_views(
         past: occluders in the coordinates of the mount; None: nothing occludes.
         errors: mounting errors; None: perfect mounting.
         named: whether to return which sensor sees a point.
+        detections: what is to be detected at the points; None: sensors that see them are counted.
     """
     places = RingPlaces(*(np.asarray(a, np.float32) for a in places))
     outer = ring.sensor.outer_angle + (errors.widest if errors else 0.0)
-    exact = ring.sensor.plain and past is None and errors is None
+    exact = ring.sensor.plain and past is None and errors is None and detections is None
     around = _relative(points, places, errors)
     spacing = np.float32(2 * math.pi / ring.count)
     turns = around.azimuth * (1 / spacing)
     turns -= np.rint(turns)
     turns *= spacing
-    near = _Nearest(ring, around, places, turns, outer if exact else outer + _MARGIN)
+    by = None if detections is None else detections.by(ring.sensor)
+    near = _Nearest(ring, around, places, turns, outer if exact else outer + _MARGIN, by)
     part, inside = near.all()
     count = np.zeros(inside.shape, np.uint8)
     sensor = np.zeros(inside.shape, np.uint16) if named else None
@@ -106,7 +116,7 @@ def ring_views(
             inside &= count == 0
     kn = np.flatnonzero(inside)
     if len(kn):
-        tests = _Tests(ring, points, places, past, errors)
+        tests = _Tests(ring, points, places, past, errors, by)
         near.sparse(kn, count, sensor, most, tests, int(exact and not named))
     return Views(count, sensor)
 
@@ -130,7 +140,13 @@ class _Nearest:
     """The sensors of a ring in the order of their distance in azimuth from each point."""
 
     def __init__(
-        self, ring: Ring, around: _Relative, places: RingPlaces, turns: np.ndarray, outer: float
+        self,
+        ring: Ring,
+        around: _Relative,
+        places: RingPlaces,
+        turns: np.ndarray,
+        outer: float,
+        detections: SensorDetections | None,
     ) -> None:
         """Use the azimuths ``turns`` (K, N), rad, from the nearest sensor to each point."""
         self._ring, self._around, self._turns = ring, around, turns
@@ -141,9 +157,18 @@ class _Nearest:
         )
         self._all = outer > math.pi / 2 + 2 * _MARGIN
         self._square = np.float32(math.cos(min(outer, math.pi / 2)) ** 2)
+        self._tangent = np.float32(math.tan(min(outer, _WIDEST)))
+        self._detections = detections
 
     def _inside(self, part: np.ndarray, square: np.ndarray) -> np.ndarray:
-        """Return which points lie in the endless outer cone."""
+        """Return which points lie in the endless outer cone, or a piece there may reach into it."""
+        if self._detections is not None:
+            edge = part * self._tangent
+            edge += np.float32(self._detections.question.beyond)
+            within: np.ndarray = square <= part * part + edge * edge
+            within &= part > 0
+            within &= square <= np.float32(self._detections.reach**2)
+            return within
         if self._all:
             return np.ones(part.shape, bool)
         square *= self._square
@@ -211,8 +236,8 @@ class _Nearest:
                     kn, k, n, nearest, ahead, number, part, across, up = (
                         a.take(kept) for a in (kn, k, n, nearest, ahead, number, part, across, up)
                     )
-            seen = tests.see(k, n, number, part, across, up)
-            count.ravel()[kn.take(seen)] += 1
+            seen, worth = tests.see(k, n, number, part, across, up)
+            _add(count.ravel(), kn.take(seen), worth)
             if sensor is not None:
                 sensor.ravel()[kn.take(seen)] = number.take(seen)
             if rank == sensors - 1:
@@ -232,8 +257,10 @@ class _Tests:
         places: RingPlaces,
         past: LinkOccluders | None,
         errors: RingErrors | None,
+        detections: SensorDetections | None,
     ) -> None:
         self._sensor, self._points, self._errors = ring.sensor, points, errors
+        self._detections = detections
         self._shape = (len(places.height), ring.count)  # places, sensors
         self._past: Sightlines | None = None
         if past is not None:
@@ -248,22 +275,43 @@ class _Tests:
         along: Float[np.ndarray, " T"],
         across: Float[np.ndarray, " T"],
         up: Float[np.ndarray, " T"],
-    ) -> Int[np.ndarray, " S"]:
+    ) -> tuple[Int[np.ndarray, " S"], UInt8[np.ndarray, " S"] | None]:
         """Return the indices of the pairs in which sensor ``number`` at place ``k`` sees the point
-        ``n``, whose coordinates from the intended sensor are the last three."""
+        ``n``, whose coordinates from the intended sensor are the last three, and what they count;
+        None: 1."""
         mounting: int | np.ndarray = 0
         if self._errors is not None:
             mounting = self._points.mounting.take(n)
             seat = np.moveaxis(self._errors.seat[mounting, number], -1, 0)
             along, across, up = seated(seat, along, across, up)
-        seen: np.ndarray = np.flatnonzero(self._sensor.holds(InBeam(along, across, up)))
+        at, worth = InBeam(along, across, up), None
+        if self._detections is None:
+            seen: np.ndarray = np.flatnonzero(self._sensor.holds(at))
+        else:
+            counts = self._detections.counts(at)
+            seen = np.flatnonzero(counts)
+            worth = counts[seen]
         if self._past is not None:
             if self._errors is not None:
                 mounting = self._points.mounting.take(n.take(seen))
             places, sensors = self._shape
             which = (mounting * places + k.take(seen)) * sensors + number.take(seen)
-            seen = seen[self._past.clear(which, self._points, n.take(seen))]
-        return seen
+            clear = self._past.clear(which, self._points, n.take(seen))
+            seen, worth = seen[clear], None if worth is None else worth[clear]
+        return seen, worth
+
+
+def _add(
+    count: UInt8[np.ndarray, " N"],
+    index: Int[np.ndarray, " S"],
+    worth: UInt8[np.ndarray, " S"] | None,
+) -> None:
+    """Add 1, or other numbers up to the largest of 8 bits, to counts at different indices."""
+    if worth is None:
+        count[index] += 1
+    else:
+        before = count[index]
+        count[index] = before + np.minimum(worth, MOST - before)
 
 
 def _directions(places: RingPlaces, count: int) -> Float[np.ndarray, "K J"]:

@@ -11,7 +11,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Array, cross, dot, namespace, root
-from ..pytrees import tree
+from ..detection.detection import Detection, detectors
+from ..detection.law import Detectors
+from ..pytrees import mapped, tree
 from ..robots.kinematics import forward
 from ..robots.robot import Mount, Robot
 from ..sensors.sensor import Sensor
@@ -49,6 +51,8 @@ class RingArrays:
     """Angle of each sensor from the first one of its ring, rad."""
     beams: BeamShapes
     """Shapes (K,) of the beams."""
+    detectors: Detectors | None = None
+    """What the sensors (K,) need to detect a test piece; None where none is to be detected."""
 
 
 def mount_of(robot: Robot, group: Group) -> Mount:
@@ -69,6 +73,7 @@ def ring_arrays(
     rings: tuple[Group, ...],
     sensors: int | None = None,
     possible: Iterable[Sensor] = (),
+    detection: Detection | None = None,
 ) -> RingArrays:
     """Return the rings and single sensors of a setup as arrays.
 
@@ -77,10 +82,11 @@ def ring_arrays(
         rings: the rings and single sensors.
         sensors: number of sensors to which the arrays are padded; None: no padding.
         possible: sensors of setups to be stacked with this one; ``None`` in their beams must agree.
+        detection: what is to be detected; None: nothing.
 
     Raises:
-        ValueError: if a ring sits on a link that the robot does not have, or the rings have more
-            than ``sensors`` sensors.
+        ValueError: if a ring sits on a link that the robot does not have, the rings have more than
+            ``sensors`` sensors, or no source states a range in the light of the detection.
     """
     mounts = [mount_of(robot, r) for r in rings]
     counts = np.array([r.count for r in rings], int)
@@ -100,6 +106,9 @@ def ring_arrays(
     turn = np.concatenate(
         [np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)]
     )
+    ring, detecting = each(np.arange(len(rings)), 0).astype(int), None
+    if detection is not None and rings:
+        detecting = mapped(lambda a: a[ring], detectors([r.sensor for r in rings], detection))
     return RingArrays(
         np.array([m.frame for m in mounts], int),
         start,
@@ -108,11 +117,12 @@ def ring_arrays(
         side,
         np.array([m.length for m in mounts], float),
         np.array([r.radius for r in rings], float),
-        each(np.arange(len(rings)), 0).astype(int),
+        ring,
         turn,
         BeamShapes.of(
             [r.sensor for r in rings], [*possible, *(r.sensor for r in rings if r.count)], each
         ),
+        detecting,
     )
 
 

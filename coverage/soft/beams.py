@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers
+from ..detection.law import Detectors
 from ..pytrees import register_trees, tree
 from ..rings.mounting_errors import Misplaced, seated
 from ..rings.ring_kinematics import RingArrays, with_base
@@ -57,6 +58,8 @@ class RingsAt:
     """Radii, m."""
     shapes: BeamShapes
     """Shapes (G,) of the beams."""
+    detectors: Detectors | None = None
+    """What their sensors need to detect a test piece; None where none is to be detected."""
 
     def across(self, points: Float[Array, "N 3"]) -> Coordinates:
         """Return points in the frames of the rings (G, N): along ``zero``, ``side``, ``axis``."""
@@ -84,7 +87,8 @@ def rings_at(
     own = arrays.ring[None] == jnp.arange(len(arrays.length))[:, None]
     own = own & (arrays.beams.range_m > -jnp.inf)[None]  # (G, K)
     first = own.argmax(axis=1)
-    shapes: BeamShapes = jax.tree.map(lambda a: a[first], arrays.beams)
+    kinds: tuple[BeamShapes, Detectors | None]
+    kinds = jax.tree.map(lambda a: a[first], (arrays.beams, arrays.detectors))
     frame = jnp.stack([arrays.zero, arrays.side, arrays.axis], axis=-2)[None]  # (1, G, 3, 3)
     height, seat = (position * arrays.length)[None], None  # (1, G)
     if drawn is not None:
@@ -100,7 +104,7 @@ def rings_at(
     def everywhere(a: Any) -> Any:
         return jnp.broadcast_to(a, (*centre.shape[:-1], *a.shape[1:]))
 
-    rest = (tilt, phase, own.sum(axis=1).astype(jnp.float32), first, arrays.radius, shapes)
+    rest = (tilt, phase, own.sum(axis=1).astype(jnp.float32), first, arrays.radius, *kinds)
     zero, side, axis = (frame[..., i, :] for i in range(3))
     return RingsAt(centre, axis, zero, side, *jax.tree.map(everywhere, rest)), seat
 
@@ -122,12 +126,15 @@ def near_sensors(
     rings: RingsAt, points: Float[Array, "N 3"], most: int, slack: Numbers
 ) -> NearSensors:
     """Return ``most`` sensors of each ring, without gradient: those nearest in azimuth among the
-    ones past whose range points lie by at most ``slack``, m."""
+    ones past whose range points lie by at most ``slack``, m; where a test piece is to be detected,
+    those nearest in azimuth."""
     x, y, z = rings.across(points)
     outward = jnp.where(jnp.cos(rings.tilt) < 0, -1.0, 1.0)[:, None]  # -1: towards the far side
     gap = _gap(rings)[:, None]
     off = (jnp.arctan2(outward * y, outward * x) - rings.phase[:, None]) / gap  # (G, N)
-    past = _past(rings, jnp.sqrt(x * x + y * y), z, slack) / gap
+    past = 0.0
+    if rings.detectors is None:
+        past = _past(rings, jnp.sqrt(x * x + y * y), z, slack) / gap
     passed = jnp.maximum(jnp.ceil(off + past) - jnp.floor(off - past) - 1, 0)
     passed = jnp.minimum(passed, jnp.maximum(rings.count - most, 0)[:, None])
     nearest = jnp.round(off)
@@ -158,6 +165,16 @@ def _past(rings: RingsAt, rho: Any, z: Any, slack: Numbers) -> Any:
     return jnp.arccos(jnp.clip((furthest + radius) / jnp.maximum(rho, _NIL), -1.0, 1.0))
 
 
+def of_sensors(values: Any) -> Any:
+    """Return arrays (G, ...) of rings as those (G, 1, 1, ...) of their sensors at points."""
+    return jax.tree.map(lambda a: jnp.asarray(a)[:, None, None], values)
+
+
+def there(rings: RingsAt, near: NearSensors) -> Any:
+    """Return which of the sensors (G, M, 1) there are."""
+    return np.arange(near.east.shape[1])[None, :, None] < rings.count[:, None, None]
+
+
 def beams_at(
     rings: RingsAt,
     points: Float[Array, "N 3"],
@@ -165,6 +182,19 @@ def beams_at(
     seat: Float[Array, "K 3"] | None = None,
 ) -> tuple[Float[Array, "G M N"], Coordinates]:
     """Return the functions of sensors' beams without occlusion, m, and their apexes (G, M, N), m;
+    see ``places_at``."""
+    at, apex = places_at(rings, points, near, seat)
+    value = of_sensors(rings.shapes).function(at)
+    return jnp.where(there(rings, near), value, _NOWHERE), apex
+
+
+def places_at(
+    rings: RingsAt,
+    points: Float[Array, "N 3"],
+    near: NearSensors,
+    seat: Float[Array, "K 3"] | None = None,
+) -> tuple[InBeam, Coordinates]:
+    """Return where points lie in the beams of sensors, and the apexes, (G, M, N) m each;
     differentiable by the rings.
 
     Args:
@@ -186,12 +216,9 @@ def beams_at(
     across, depth, up = y * east - x * north, radial * cos + z * sin, z * cos - radial * sin
     if seat is not None:
         depth, across, up = seated(jnp.moveaxis(seat[near.sensor], -1, 0), depth, across, up)
-    shapes = jax.tree.map(lambda a: a[:, None, None], rings.shapes)
-    value = shapes.function(InBeam(depth, across, up))
-    there = np.arange(near.east.shape[1])[None, :, None] < rings.count[:, None, None]
     a, b, c = (
         rings.centre[:, None, None, i]
         + radius * (east * rings.zero[:, None, None, i] + north * rings.side[:, None, None, i])
         for i in range(3)
     )
-    return jnp.where(there, value, _NOWHERE), (a, b, c)
+    return InBeam(depth, across, up), (a, b, c)

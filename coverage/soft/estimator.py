@@ -1,5 +1,8 @@
 """The soft estimator: a differentiable zeta over points sampled in a target.
 
+Where a test piece is to be detected, the law of detection takes the place of the soft occupancy. It
+is smooth by itself, so that the width only smooths first returns.
+
 The soft occupancy of a beam is p = sigmoid(-f / width), with f its implicit function past all
 occluders. A point stays uncovered to the degree prod(1 - p) over the beams. As the width approaches
 zero, this is 0 for points in a beam and 1 for all others.
@@ -16,7 +19,16 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers
 from ..choices import Losing
-from .beams import NearSensors, RingsAt, beams_at, near_sensors
+from ..detection.law import Extent, at_least, log_missed, per_frame, signal
+from .beams import (
+    NearSensors,
+    RingsAt,
+    beams_at,
+    near_sensors,
+    of_sensors,
+    places_at,
+    there,
+)
 from .line_of_sight import Occluding, Sight
 
 # m, a width at which soft zeta is the share of points, except for points on a surface
@@ -46,7 +58,7 @@ def choices(
     near = near_sensors(rings, points, most, _FAINT * width)
     if occluding is None:
         return Choices(near, None)
-    _, apex = beams_at(rings, points, near)
+    _, apex = places_at(rings, points, near)
     x, y, z = points.T[:, None, None]
     return Choices(near, occluding.sight(near.sensor, apex, (x, y, z)))
 
@@ -74,6 +86,45 @@ def log_uncovered(
         x, y, z = points.T[:, None, None]
         value = occluding.past(value, chosen.near.sensor, apex, (x, y, z), chosen.sight)
     return jax.nn.log_sigmoid(value / width)
+
+
+def log_undetected(
+    rings: RingsAt,
+    points: Float[Array, "N 3"],
+    piece: Extent,
+    chosen: Choices,
+    occluding: Occluding | None = None,
+    seat: Float[Array, "K 3"] | None = None,
+) -> Float[jax.Array, "G M N"]:
+    """Return log(1 - P) of sensors that may detect a test piece at points, by the law of detection;
+    differentiable by the rings and the occluders.
+
+    Args:
+        rings: the rings, with their detectors.
+        points: N places of the piece's centre, m.
+        piece: its size.
+        chosen, occluding, seat: see ``log_uncovered``.
+    """
+    at, apex = places_at(rings, points, chosen.near, seat)
+    of = of_sensors(rings.detectors)
+    outside = jnp.full_like(at.along, -jnp.inf)
+    if rings.shapes.which:
+        outside = jnp.where(of.flat, outside, of_sensors(rings.shapes).function(at))
+    if occluding is not None and chosen.sight is not None:
+        x, y, z = points.T[:, None, None]
+        outside = occluding.past(outside, chosen.near.sensor, apex, (x, y, z), chosen.sight)
+    missed = log_missed(per_frame(signal(at, outside, of, piece), of), of)
+    return jnp.where(there(rings, chosen.near), missed, 0.0)
+
+
+def detected(log_undetected: Float[Array, "G M N"], least: int) -> Float[jax.Array, "1 N"]:
+    """Return the probability that at least ``least`` sensors detect a test piece at points, from
+    log(1 - P) of the sensors."""
+    if least == 1:
+        return -jnp.expm1(log_undetected.sum(axis=(0, 1)))[None]
+    each = -jnp.expm1(log_undetected.reshape(-1, log_undetected.shape[-1])).T  # (N, K)
+    probability: jax.Array = at_least(least, each)
+    return probability[None]
 
 
 def covered(

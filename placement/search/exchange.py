@@ -140,6 +140,7 @@ class Exchange:
             None if outlook else field.past.get(ring.link),
             field.errors[i] if field.errors else None,
             criterion.named,
+            criterion.detections,
         )
         if outlook:
             views.counts[:] *= outlook.clear(height, index)

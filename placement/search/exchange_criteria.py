@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8, UInt16
 
 from ...coverage.arrays import Array
+from ...coverage.ring_views.detections import MOST, Detections
 from ...coverage.ring_views.ring_views import Views
 from ...objectives.criterion import Criterion
 from ...objectives.floors import floors, worth
@@ -97,6 +98,8 @@ class ExchangeCriterion:
     """Sensors of a ring to count at a point."""
     named = False
     """Whether it needs to know which sensor sees a point."""
+    detections: Detections | None = None
+    """What is to be detected at the points; None: the sensors that see them are counted."""
 
     def __init__(self, scene: Scene) -> None:
         """Store the goals and their floors."""
@@ -113,6 +116,8 @@ class ExchangeCriterion:
 
 def criterion_by_counts(scene: Scene, aim: Criterion) -> ExchangeCriterion:
     """Return a search's criterion by counts."""
+    if aim.detection is not None:
+        return MeanDetection(scene, Detections(aim.detection))
     if aim.losing:
         return AfterLoss(scene, aim.losing == "sensor")
     if scene.over_poses == "worst":
@@ -158,6 +163,35 @@ class MeanCoverage(ExchangeCriterion):
         def values(views: Views) -> Float[np.ndarray, " K"]:
             covered = views.counts if self.most == 1 else views.counts >= lack
             return np.asarray(_worth(base + covered @ part, self.scene))
+
+        return Rest(index, values)
+
+
+class MeanDetection(ExchangeCriterion):
+    """The mean probability that a test piece at a point is detected; see ``Detections``."""
+
+    most = MOST
+
+    def __init__(self, scene: Scene, detections: Detections) -> None:
+        super().__init__(scene)
+        self.detections, self._share = detections, detections.share
+
+    def _degree(self, total: Int[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
+        return self._share.take(total, mode="clip")
+
+    def value(self, field: Field, tally: Tally, softness: float) -> float:
+        degree = self._degree(tally.total + field.held.cell)
+        return float(_worth(degree @ field.part, self.scene))
+
+    def rest(self, field: Field, tally: Tally, ring: int, softness: float) -> Rest:
+        others = tally.total - tally.count[ring] + field.held.cell
+        index = np.flatnonzero(others < len(self._share) - 1)
+        part, others = field.part[index], others[index]  # (M, G), (M,)
+        base = field.total - part.sum(axis=0, dtype=float)  # (G,), where nothing is left to gain
+
+        def values(views: Views) -> Float[np.ndarray, " K"]:
+            degree = self._degree(others + views.counts)
+            return np.asarray(_worth(base + degree @ part, self.scene))
 
         return Rest(index, values)
 

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int, UInt8, UInt16
 
+from ...coverage.ring_views.detections import Detections
 from ...coverage.ring_views.line_of_sight import LinkOccluders, Outlook, link_occluders
 from ...coverage.ring_views.mount_points import MountPoints, RingErrors, mount_points, ring_errors
 from ...coverage.rings.mounting_errors import Misplaced, misplaced_cones
@@ -13,6 +14,7 @@ from ...coverage.rings.ring import Group, setup_of_group
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
 from ...objectives.criterion import Criterion, check_criterion
+from ...objectives.detection_share import noticed_in
 from ...objectives.occlusion import occluders, sight
 from ...objectives.scene import Scene
 from ...objectives.target_points import TargetPoints
@@ -37,11 +39,11 @@ class HeldViews:
     """What H groups that may err and fail, and the cell's sensors, see of N points."""
 
     count: UInt8[np.ndarray, "H N"]
-    """Number of sensors of each group that see each point."""
+    """Number of sensors of each group that see each point, or the integers of ``Detections``."""
     sensor: UInt16[np.ndarray, "H N"]
     """Number, in its group, of a sensor that sees the point."""
     cell: UInt8[np.ndarray, " N"]
-    """Number of the cell's sensors that see each point."""
+    """Those of the cell's sensors."""
 
     def first(self, count: int) -> "HeldViews":
         """Return what they see of the first points."""
@@ -120,8 +122,11 @@ class Fields:
             }
         self._errors, of_held = _errors(space, self.aim)
         groups: tuple[Group, ...] = (*scene.rules.fixed, *scene.rules.fixed_sensors)
+        detections = None if self.aim.detection is None else Detections(self.aim.detection)
         self._held = [
             _held_views(scene, groups, p, some, None if of_held is None else of_held[d])
+            if detections is None
+            else _held_detections(scene, groups, p, some, detections)
             for p, d, some in terms
         ]
         self._first = dict[int, Field]()
@@ -246,3 +251,24 @@ def _held_views(
         else:
             count[i], sensor[i] = np.minimum(each.sum(axis=0), _COUNTED), each.argmax(axis=0)
     return HeldViews(count, sensor, np.minimum(cell, _COUNTED).astype(np.uint8))
+
+
+def _held_detections(
+    scene: Scene,
+    groups: tuple[Group, ...],
+    pose: int,
+    points: Float[np.ndarray, "N 3"],
+    detections: Detections,
+) -> HeldViews:
+    """Return what ``groups`` and the cell's sensors contribute to the detection of a test piece at
+    points at a pose."""
+    bare, n = replace(scene, cell_sensors=()), len(points)
+    rows = np.zeros((len(groups) + len(scene.cell_sensors), n))
+    for row, group in zip(rows, (*groups, *scene.cell_sensors), strict=True):
+        law = noticed_in(bare, setup_of_group(group), pose, detections.detection)
+        for k in range(group.count):
+            chance = law.chance(points[:, None], np.array([k]), np.zeros(1, bool))[:, 0]
+            row += detections.integers(np.log1p(-np.minimum(chance, 1 - 1e-9)))
+    held, own = np.minimum(rows, _COUNTED).astype(np.uint8), len(groups)
+    cell = np.minimum(held[own:].sum(axis=0, dtype=int), _COUNTED).astype(np.uint8)
+    return HeldViews(held[:own], np.zeros((own, n), np.uint16), cell)

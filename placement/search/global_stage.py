@@ -122,7 +122,9 @@ class GlobalStage:
             poses = np.unique(np.concatenate([e.worst_poses(wide, ACTIVE) for e in exchanges]))
         field, space = self.fields.first(r.points, poses), self.space
         rng = np.random.default_rng((self.seed, _LIBRARY, number))
-        library = ring_library(space, field, aim.seen, rng, self.brake, r, known)
+        detections = criterion_by_counts(self.fields.scene, aim).detections
+        seen = aim.seen if aim.detection is None else aim.detection.at_least
+        library = ring_library(space, field, seen, rng, self.brake, r, known, detections)
         for exchange in exchanges:
             i = next(i for i, c in enumerate(known) if c is exchange.candidate)
             ruin = RuinRecreate(library, exchange.rng, aim.losing)

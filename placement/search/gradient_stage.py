@@ -80,7 +80,7 @@ def accelerated(device: Device) -> bool:
 
 def suits(space: Space, aim: Criterion) -> bool:
     """Return whether gradients should lead the global stage: not where a sensor's own place on its
-    ring matters, nor for a tilt that all rings share.
+    ring matters, nor for a tilt that all rings share, nor where a test piece is to be detected.
 
     Where links and counts are free, the exchange finds more; for many poses it takes less time.
     """
@@ -89,7 +89,8 @@ def suits(space: Space, aim: Criterion) -> bool:
         return False
     still = scene.obstacles or scene.robot.carried or scene.occlusion == "blind"
     shared = scene.rules.shared_tilt
-    return not still and not shared and not aim.errors and aim.losing != "sensor"
+    plain = not aim.errors and aim.losing != "sensor" and aim.detection is None
+    return plain and not still and not shared
 
 
 def gradient_stage(

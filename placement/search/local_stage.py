@@ -37,7 +37,7 @@ class LocalStage:
             count = max(_POINTS // len(points.terms), _FEWEST)
             some = [each[:count] for each in points.points]
             soft = SoftCoverage(fields.scene, points.terms, some, fields.aim)
-            arrays, where = self._space.arrays(first)
+            arrays, where = self._space.arrays(first, fields.aim.detection)
             start = decode(where, self._space.values(first))
             soft.value_and_slope(arrays, start, _DECIDED, soft.first(_UNDECIDED, _FEW))
             self._soft.set_result(soft)
@@ -74,7 +74,8 @@ class LocalStage:
         Only the points count that small moves may cover or uncover, and the climb stays near its
         start.
         """
-        soft, (arrays, where) = self.soft, self._space.arrays(c)
+        soft = self.soft
+        arrays, where = self._space.arrays(c, soft.aim.detection)
         start = decode(where, self._space.values(c))
         rules = RingConstraints.of(where, *self._space.box(c), start)
         sample = soft.undecided(arrays, start, _DECIDED, _UNDECIDED, _FEW)

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Optional
 
 from ...coverage.choices import Losing
 from ...coverage.definitions.errors import InputError
 from ...coverage.definitions.options import Number, Options, Seconds, Seed, Voxel, Whole
 
 if TYPE_CHECKING:
+    from ...coverage.detection.detection import Detection
     from ...coverage.rings.ring import Setup
 
 Device = Literal["auto", "cpu", "gpu"]
@@ -45,6 +46,10 @@ class SearchOptions(Options):
     Default: 1."""
     reach: Annotated[float | None, Number("above 0 and below 100 (percent)", gt=0, lt=100)] = None
     """Coverage to reach in percent; find the fewest sensors that reach it."""
+    detect: Optional["Detection"] = None
+    """Maximise the expected share of the targets in which a test piece is detected in time, instead
+    of the coverage. Not with ``losing``, ``tolerant`` and ``gap``; with ``redundancy`` as many
+    sensors must detect it."""
     redundancy: Annotated[int, Whole(1, 10)] = 1  # the time of a search grows with it
     """Number of sensors that must see a point for it to count as covered."""
     losing: Losing | None = None
@@ -133,6 +138,12 @@ class SearchOptions(Options):
         if self.losing is not None and (self.tolerant or self.redundancy > 1):
             line = f"found {self.losing}, allowed: only without redundancy and tolerant"
             yield "losing", line, "redundancy", "tolerant"
+        for name in ("losing", "tolerant", "gap") if self.detect is not None else ():
+            if getattr(self, name):
+                yield "detect", f"found with {name}; {one}", name
+        if self.detect is not None and 1 < self.redundancy != self.detect.at_least > 1:
+            line = f"found {self.redundancy} with detect by {self.detect.at_least} sensors; {one}"
+            yield "redundancy", line, "detect"
         if self.searches > 1 and (self.fewest or reach is not None):
             line = "allowed: 1 with reach, and with sensors without any_rings or rings"
             others = "reach", "sensors", "any_rings", "rings"

@@ -11,6 +11,7 @@ from ...coverage.definitions.definition import definition, fault
 from ...coverage.definitions.field_types import InPython, Items
 from ...coverage.definitions.records import JsonRecord
 from ...coverage.definitions.units import Covered, Decimals, Points
+from ...coverage.detection.detection import Detection
 from ...coverage.rings.mounting_errors import Mountings
 from ...coverage.rings.ring import Setup
 from ...objectives.prices import SetupPrice
@@ -80,6 +81,8 @@ class SearchResult(JsonRecord):
     """Part whose worst loss the criterion assumes."""
     tolerant: Mountings | None = None
     """Mounting errors in the criterion."""
+    detection: Detection | None = None
+    """What is to be detected, in the criterion."""
     bound: Annotated[float, Points("bound_percent", 2)] | None = None
     """Upper bound of the criterion for every layout of the same budget."""
     short: InPython[float] = 0.0

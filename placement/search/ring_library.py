@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int, Integer, UInt64
 
+from ...coverage.ring_views.detections import MOST, Detections
 from ...coverage.ring_views.ring_views import RingPlaces, ring_views
 from ...coverage.rings.ring import ring_values
 from ...objectives.link_segments import ABOVE, BELOW
@@ -69,7 +70,8 @@ class RingLibrary:
     places: SinglePlaces
     """The places."""
     words: UInt64[np.ndarray, "J K W"]
-    """Bits of the points that at least 1, 2, ..., J sensors of the ring see."""
+    """Bits of the points that at least 1, 2, ..., J sensors of the ring see, or detect in most
+    cases."""
     held: UInt64[np.ndarray, "J W"]
     """Bits of the points that as many of the sensors see that stay."""
     points: int
@@ -129,6 +131,7 @@ def ring_library(
     brake: StopToken,
     r: Round,
     known: Sequence[Candidate] = (),
+    detections: Detections | None = None,
 ) -> RingLibrary:
     """Draw a library, with guessed lines of sight where these are known.
 
@@ -142,6 +145,7 @@ def ring_library(
         brake: ends the tests.
         r: the round, whose numbers of places it holds, or fewer where memory bounds them.
         known: candidates whose rings it holds too, with places near these.
+        detections: what is to be detected at the points, by J sensors; None: points are to be seen.
     """
     most = _BYTES // (8 * seen * -(-len(field.part) // _BITS))
     anywhere = min(r.library, most // 2)
@@ -157,10 +161,11 @@ def ring_library(
         each += [rings, places_near(space, rng, rings, near, r.scale)]
         n += len(rings.sensors) + len(each[-1].sensors)
     places, index = joined(each), _by_weight(field, space)
-    words = _words(space, field, places, index, seen, rng, brake)
+    levels = range(1, seen + 1) if detections is None else detections.levels
+    words = _words(space, field, places, index, levels, rng, brake, detections)
     held = field.held.count.sum(axis=0, dtype=int) + field.held.cell  # (N,)
     return RingLibrary(
-        space, places, words, _planes(held[None, index], seen)[:, 0], len(index), tuple(own)
+        space, places, words, _planes(held[None, index], levels)[:, 0], len(index), tuple(own)
     )
 
 
@@ -178,13 +183,15 @@ def _words(
     field: Field,
     places: SinglePlaces,
     index: Int[np.ndarray, " N"],
-    seen: int,
+    levels: Sequence[int],
     rng: Rng,
     brake: StopToken,
+    detections: Detections | None,
 ) -> UInt64[np.ndarray, "J K W"]:
-    """Return the bits of the points ``index`` that at least 1, ..., J sensors of each place see."""
+    """Return the bits of the points ``index`` at which the counts of each place reach levels."""
     some, back = np.unique(index, return_inverse=True)
-    words = np.zeros((seen, len(places.sensors), -(-len(index) // _BITS)), np.uint64)
+    words = np.zeros((len(levels), len(places.sensors), -(-len(index) // _BITS)), np.uint64)
+    most = len(levels) if detections is None else MOST
     step = max(_AT_ONCE // len(some), 1)
     points = {link: near.some(some) for link, near in field.points.items()}
     errors = field.errors[0] if field.errors else None
@@ -200,18 +207,20 @@ def _words(
                 return words
             few = mine[k : k + step]
             here = RingPlaces(places.position[few] * length, places.tilt[few], places.phase[few])
-            views = ring_views(ring, points[link], here, seen, past, errors)
+            views = ring_views(ring, points[link], here, most, past, errors, detections=detections)
             if outlook:
                 views.counts[:] *= outlook.clear(here.height, some)
-            words[:, few] = _planes(np.take(views.counts, back, axis=1), seen)
+            words[:, few] = _planes(np.take(views.counts, back, axis=1), levels)
     return words
 
 
-def _planes(count: Integer[np.ndarray, "K N"], seen: int) -> UInt64[np.ndarray, "J K W"]:
-    """Return the bits of the points that count at least 1, 2, ..., J."""
+def _planes(
+    count: Integer[np.ndarray, "K N"], levels: Sequence[int]
+) -> UInt64[np.ndarray, "J K W"]:
+    """Return the bits of the points at which counts reach J levels."""
     spare = -count.shape[1] % _BITS
     each = [
         np.packbits(np.pad(count >= j, ((0, 0), (0, spare))), axis=1).view(np.uint64)
-        for j in range(1, seen + 1)
+        for j in levels
     ]
     return np.stack(each)

@@ -114,6 +114,7 @@ def search(space: Space, options: SearchOptions, context: SearchContext) -> Sear
         redundancy=aim.seen,
         losing=aim.losing,
         tolerant=aim.mountings_drawn,
+        detection=aim.detection,
         short=chosen.short,
         voxel=chosen.voxel,
         verified=chosen.verified,

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...coverage.detection.detection import Detection
 from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import ring_arrays
 from ...coverage.rings.rounding import rounded
@@ -90,14 +91,14 @@ class Space(FeasibleSet):
         where.tilt_of[stays] = stays  # what stays keeps its tilt
         return where
 
-    def arrays(self, c: Candidate) -> SetupArrays:
-        """Return the arrays of a candidate for the objective; all candidates have the same
-        shape."""
+    def arrays(self, c: Candidate, detection: Detection | None = None) -> SetupArrays:
+        """Return the arrays of a candidate for the objective, with what its sensors need for a
+        detection, if any; all candidates have the same shape."""
         links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
         rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
         sensors = self.sensors + len(self.scene.standing)
         every = (*rings, *self.held)
-        arrays = ring_arrays(self.scene.robot, every, sensors, self.possible)
+        arrays = ring_arrays(self.scene.robot, every, sensors, self.possible, detection)
         return arrays, self.stretch(c)
 
     def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:
