@@ -84,7 +84,11 @@ def affordable_lines(schedule: FiringSchedule) -> list[str]:
     rate = f"{schedule.wanted_hz:g} Hz"
     first = f"{rate}: kept by ring {', '.join(kept)}" if kept else f"{rate}: kept by no ring"
     if not most.sensors:
-        return [first, f"one sensor on each ring does not keep {rate} either"]
+        period = 1000 / (schedule.wanted_hz or 1.0)
+        slot = 1000 * max(r.ranging_s + (r.transfer_s or 0.0) for r in schedule.rings)
+        room = f"{period:.3g} ms have room for {counted(int(period / slot), 'slot')}"
+        last = f"one sensor on each ring does not keep {rate} either: {room} of {slot:.3g} ms"
+        return [first, last]
     if most.sensors == schedule.sensors:
         return [f"{rate}: kept by all {most.sensors} sensors"]
     counts = ", ".join(map(str, most.counts))
