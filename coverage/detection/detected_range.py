@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
@@ -81,22 +82,22 @@ def detected_range(sensor: Sensor, detection: Detection) -> DetectedRange:
     """Return how far a sensor detects a test piece. A light without a figure is a text in the
     record, not an error."""
     use = sensor.use
-    question = {
-        "sensor": "nominal" if use is None else use.name,
-        "piece": detection.piece.name,
-        "reflectance": detection.rho,
-        "ambient": detection.ambient or (None if use is None else use.ambient),
-        "seconds": detection.seconds,
-    }
+    known = partial(
+        DetectedRange,
+        sensor="nominal" if use is None else use.name,
+        piece=detection.piece.name,
+        reflectance=detection.rho,
+        ambient=detection.ambient or (None if use is None else use.ambient),
+        seconds=detection.seconds,
+    )
     try:
         of = detectors([sensor], detection)
     except ValueError as error:
-        return DetectedRange(**question, refused=str(error))
-    return DetectedRange(
-        **question,
+        return known(refused=str(error))
+    return known(
         frames=frames_in(sensor, detection.seconds),
-        distances=[_detected_to(of, detection, share) for share in SHARES],
-        basis=[*_ranges(sensor, detection), *_beam(of, sensor), *_piece(detection)],
+        distances=tuple(_detected_to(of, detection, share) for share in SHARES),
+        basis=(*_ranges(sensor, detection), *_beam(of, sensor), *_piece(detection)),
     )
 
 
@@ -165,7 +166,8 @@ def _source(use: Use) -> str:
 def _beam(of: Detectors, sensor: Sensor) -> Iterator[Basis]:
     """Yield the figures of the beam, the least distance, the rate and the cover."""
     use = sensor.use
-    model, mark = (None, "user's") if use is None else (model_of(use), "maker's")
+    model = None if use is None else model_of(use)
+    mark: Mark = "user's" if use is None else "maker's"
     source = "the scene" if model is None else model.source
     angles = (sensor.fov, sensor.fov_up) if sensor.square else (sensor.fov,)
     for name, angle in zip(("along the ring", "along its axis"), angles, strict=False):

@@ -188,8 +188,8 @@ def _one(sensor: Sensor, detection: Detection, end: _Assumptions) -> Detectors:
         measured=np.array(False),
         ramps=np.zeros((0, 3)),
     )
-    rows = detection.measured_for(sensor)
-    return _by_rates(of, rows, end) if rows else of
+    measured = detection.measured_for(sensor)
+    return _by_rates(of, measured, end) if measured else of
 
 
 def _by_rates(of: Detectors, rows: list[MeasuredRate], end: _Assumptions) -> Detectors:

@@ -132,8 +132,8 @@ def isotonic(
     """Return the rising rates nearest to ``rate``, weighted with the frames."""
     from scipy.optimize import isotonic_regression
 
-    fitted: np.ndarray = isotonic_regression(rate, weights=frames).x
-    return np.clip(fitted, 0.0, 1.0)
+    fitted: np.ndarray = np.clip(isotonic_regression(rate, weights=frames).x, 0.0, 1.0)
+    return fitted
 
 
 def intervals(
@@ -143,8 +143,8 @@ def intervals(
     from scipy.special import betaincinv
 
     hits, tail = np.round(rate * frames), (1 - CONFIDENCE) / (2 * len(rate))
-    low = betaincinv(np.maximum(hits, 1), frames - hits + 1, tail)
-    high = betaincinv(hits + 1, np.maximum(frames - hits, 1), 1 - tail)
+    low: np.ndarray = betaincinv(np.maximum(hits, 1), frames - hits + 1, tail)
+    high: np.ndarray = betaincinv(hits + 1, np.maximum(frames - hits, 1), 1 - tail)
     return np.where(hits == 0, 0.0, low), np.where(hits == frames, 1.0, high)
 
 
@@ -180,7 +180,10 @@ def _ramps(
     """Return the ramps that rise between ``start`` and ``end`` to ``value``."""
     rise = np.diff(value, prepend=0.0)
     ramps = np.stack([start, 1 / (end - start), rise], axis=1)
-    return ramps[(rise > 0) | (np.arange(len(rise)) == 0)]  # one at least, for rates of 0
+    kept: np.ndarray = ramps[
+        (rise > 0) | (np.arange(len(rise)) == 0)
+    ]  # one at least, for rates of 0
+    return kept
 
 
 def _level(ambient: str) -> tuple[str, float]:
