@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
@@ -62,7 +62,7 @@ class DetectionOptions:
         from ...coverage.detection.detection import Detection
         from ...formats.detection_rates import read_rates
 
-        given = {
+        given: dict[str, Any] = {
             "piece": self.detect,
             "reflectance": sensing.reflectance,
             "ambient": sensing.ambient,
