@@ -39,11 +39,12 @@ def firing_rows(schedule: FiringSchedule) -> list[Mapping[str, object]]:
 def pairs_text(schedule: FiringSchedule) -> str:
     """Return how many pairs may disturb each other, and how."""
     number, sensors = len(schedule.pairs), schedule.sensors
+    unlike = f"{schedule.unlike} differ in wavelength or are immune; " if schedule.unlike else ""
     between = sum(p.ring != p.other_ring for p in schedule.pairs)
     return (
         f"{counted(number, 'pair')} of {sensors * (sensors - 1) // 2} may disturb each other"
-        f" ({_WAYS[schedule.reach]}), {between} of them between rings; all others are proven apart"
-        f" in {counted(schedule.poses, 'pose')}"
+        f" ({_WAYS[schedule.reach]}), {between} of them between rings; {unlike}all others"
+        f" are proven apart in {counted(schedule.poses, 'pose')}"
     )
 
 

@@ -51,6 +51,8 @@ class Interference:
     poses: Int[np.ndarray, "P 3"]
     """Number of poses at which a pair meets directly, by overlap and by reflection; a pose counts
     under the first of these that applies."""
+    unlike: int
+    """Number of pairs that are left out as their wavelengths differ, or as one is immune."""
 
     def conflicts(self, sensors: int) -> Bool[np.ndarray, "K K"]:
         """Return which of K sensors may disturb each other."""
@@ -75,7 +77,8 @@ def interference(
     """
     ring, kinds = setup.ring_of_sensor, [group.sensor for group in setup.groups]
     pairs = np.stack(np.triu_indices(setup.sensors, 1), axis=1)
-    pairs = pairs[may_disturb(kinds)[tuple(ring[pairs].T)]]
+    alike = may_disturb(kinds)[tuple(ring[pairs].T)]
+    pairs, unlike = pairs[alike], int((~alike).sum())
     farthest = np.array([s.farthest for s in kinds])[ring]
     count = np.zeros((len(pairs), len(WAYS)), int)
     for pose in scene.poses:
@@ -84,7 +87,7 @@ def interference(
             count[meet, kind] += 1
         tell()
     listed = count.any(axis=1)
-    return Interference(pairs[listed], count[listed])
+    return Interference(pairs[listed], count[listed], unlike)
 
 
 def may_disturb(sensors: Sequence[Sensor]) -> Bool[np.ndarray, "S S"]:

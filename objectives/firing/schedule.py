@@ -123,6 +123,8 @@ class FiringSchedule(FileRecord):
     """Ways to disturb each other that count."""
     pairs: Items[DisturbingPair]
     """Pairs that may disturb each other at some pose."""
+    unlike: int = 0
+    """Number of pairs that do not, as their wavelengths differ or as one is immune."""
     groups: Items[FiringGroup]
     """Groups of rings with their slots."""
     rings: Items[RingRate]
@@ -180,6 +182,7 @@ def firing_schedule(
         poses=len(scene.poses),
         reach=options.reach,
         pairs=tuple(pairs),
+        unlike=meetings.unlike,
         groups=groups,
         rings=rings,
         period_s=1 / rate,

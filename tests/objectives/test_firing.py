@@ -109,6 +109,10 @@ def test_wavelengths_apart_and_immunity_disturb_nobody():
     immune = model("coded", immune=True)
     expected = [[1, 0, 1, 0], [0, 1, 1, 0], [1, 1, 1, 0], [0, 0, 0, 0]]
     assert may_disturb([near, other, unknown, immune]).astype(int).tolist() == expected
+    same = [pr.MountedSensor("base", (0, 0, 1), (1, 0, 0), beam) for beam in (near, other, unknown)]
+    meetings = interference(FREE, Setup((), tuple(same)))
+    assert meetings.pairs.tolist() == [[0, 2], [1, 2]]
+    assert meetings.unlike == 1
 
 
 @st.composite
