@@ -39,7 +39,7 @@ def firing_rows(schedule: FiringSchedule) -> list[Mapping[str, object]]:
 def pairs_text(schedule: FiringSchedule) -> str:
     """Return how many pairs may disturb each other, and how."""
     number, sensors = len(schedule.pairs), schedule.sensors
-    unlike = f"{schedule.unlike} differ in wavelength or are immune; " if schedule.unlike else ""
+    unlike = f"{schedule.unlike} left out, by wavelength or immunity; " if schedule.unlike else ""
     between = sum(p.ring != p.other_ring for p in schedule.pairs)
     return (
         f"{counted(number, 'pair')} of {sensors * (sensors - 1) // 2} may disturb each other"
@@ -70,7 +70,7 @@ def firing_lines(schedule: FiringSchedule) -> list[str]:
     assumed = [str(r.ring) for r in schedule.rings if r.assumed]
     if assumed:
         lines.append(
-            f"no source states the rate of the sensors of ring {', '.join(assumed)}: assumed"
+            f"*: no source states the rate of the sensors of ring {', '.join(assumed)}: assumed"
         )
     lines += [f"ring {r.ring}: {r.fault}" for r in schedule.rings if r.fault]
     return lines + affordable_lines(schedule)
