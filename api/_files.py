@@ -13,8 +13,7 @@ from .coverage.sensors.effective_range import Use
 from .coverage.sensors.sensor import Sensor, effective
 from .formats.loader import read_proposal, read_robot, read_scene
 from .formats.model_reader import file_and_table, read_sensor
-from .formats.schema.scene_models import SceneFile
-from .formats.schema.versions import RobotFile
+from .formats.schema.versions import RobotFile, SceneFile, in_files
 from .formats.toml_text import toml_keys
 from .formats.writing import to_toml, write_text
 from .objectives.scene import Scene
@@ -115,9 +114,8 @@ def save(what: Placement | Scene | Robot, path: str | Path) -> Path:
     if isinstance(what, Placement):
         return Proposal(what.setup, what.scene).save(path)
     if isinstance(what, Scene):
-        text = to_toml(
-            SceneFile.from_domain(what), "A scene, for place-rings: --scene of its commands."
-        )
+        heading = "A scene, for place-rings: --scene of its commands."
+        text = to_toml(in_files(what), heading, SceneFile)
     elif isinstance(what, Robot):
         text = to_toml(what, "A robot, for place-rings: a scene names it by robot.", RobotFile)
     else:

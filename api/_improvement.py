@@ -14,7 +14,6 @@ from .coverage.rings.ring import Setup
 from .coverage.rings.rounding import of_scene
 from .formats.schema.proposal_models import ProposalFile
 from .formats.schema.redesign_models import ImproveResult
-from .formats.schema.scene_models import SceneModel
 from .formats.writing import to_toml, write_text
 from .objectives.scene import Scene
 from .objectives.verified import Verified
@@ -112,7 +111,7 @@ class Improvement(Placement):
         zetas = self._verified([result.mounted, *result.steps])
         return ImproveResult(
             setup=self.mounted,
-            scene=SceneModel.from_domain(core),
+            scene=core,
             most_changes=self.changes,
             add_sensors=self.add_sensors,
             outcome=result.outcome.value,

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.rings.mounting_errors import MountingErrors
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.named_layouts import ring_layout
 from place_rings.objectives.poses import Pose
@@ -35,7 +35,7 @@ class Question:
 
     def made(self) -> Scene:
         """Return the scene."""
-        scene = SceneModel.model_validate(self.scene).to_domain()
+        scene: Scene = adapter(Scene).validate_python(self.scene)
         if not self.task_poses:
             return scene
         q = pick_and_place(scene.robot, 50.0).q

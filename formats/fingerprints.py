@@ -3,8 +3,8 @@
 import hashlib
 from pathlib import Path
 
+from ..coverage.definitions.definition import adapter
 from ..objectives.scene import Scene
-from .schema.scene_models import SceneModel
 
 
 def file_sha256(name: str) -> str:
@@ -17,5 +17,4 @@ def file_sha256(name: str) -> str:
 
 def scene_sha256(scene: Scene) -> str:
     """Return the SHA-256 of a scene's record as JSON, in hexadecimal."""
-    text = SceneModel.record_of(scene).model_dump_json()
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256(adapter(Scene).dump_json(scene)).hexdigest()

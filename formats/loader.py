@@ -10,23 +10,18 @@ from pydantic import ValidationError
 from ..coverage.definitions.errors import UserError, explain, key_path, shown, unusable
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import setup_faults, within_files
-from ..coverage.robots.base_frame import must_turn
 from ..coverage.robots.built_in import UR10
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..coverage.targets.target import Target
 from ..objectives.named_layouts import layout_in
 from ..objectives.scene import Scene
-from ..objectives.turned_cell import turned_attached, turned_obstacle
 from ..placement.search.result import SearchResult
-from .model_reader import beside_of, file_and_table, read_model
-from .recorded_motion import with_record
-from .scene_meshes import parts_of_meshes
+from .model_reader import file_and_table, read_model
 from .schema.proposal_models import ProposalFile
-from .schema.scene_models import SceneFile, SceneModel
 from .schema.target_models import TargetFile
-from .schema.versions import RobotFile
-from .user_files import beside, read_text
+from .schema.versions import RobotFile, SceneFile
+from .user_files import read_text
 
 if TYPE_CHECKING:
     from .sensors.urdf_frames import FramePattern
@@ -55,26 +50,8 @@ def read_scene(path: Path, robot: Robot | None = None) -> Scene:
     Raises:
         UserError: if it, or a file that it names, cannot be read or is not valid.
     """
-    return _scene(path, read_model(path, SceneFile, robot))
-
-
-def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
-    """Return the scene of the file at ``path``, with the meshes and recorded poses that it names
-    below ``key``."""
-
-    read = beside_of(path)
-    scene, trajectory = file.to_domain(), file.trajectory
-    turn = must_turn(scene.robot, file.base)
-    parts = parts_of_meshes(file.obstacles, f"{path}: {key}obstacles", read)
-    parts = map(turned_obstacle, parts) if turn else parts
-    tools = parts_of_meshes(file.attached, f"{path}: {key}attached", read)
-    tools = map(turned_attached, tools) if turn else tools
-    attached = (*scene.robot.attached, *tools)
-    scene = replace(scene, attached=attached, obstacles=(*scene.obstacles, *parts))
-    if trajectory is None:
-        return scene
-    record = beside(path, f"{key}trajectory.file", trajectory.file)
-    return with_record(scene, record, trajectory, trajectory.unit == "deg")
+    scene: Scene = read_model(path, SceneFile, robot)
+    return scene
 
 
 def read_target(path: Path, robot: Robot = UR10) -> Target:
@@ -112,7 +89,7 @@ def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scen
         UserError: if the file cannot be read or is not valid.
     """
     file = read_model(path, ProposalFile)
-    scene = with_sensor(_scene(path, file.scene, "scene."), sensor)
+    scene = with_sensor(file.scene, sensor)
     try:
         return file.setup(scene), scene, file
     except ValueError as error:

@@ -11,15 +11,20 @@ from pydantic import ValidationError
 
 from ..coverage.definitions.definition import adapter
 from ..coverage.definitions.errors import UserError, explain, shown
+from ..coverage.robots.attached import Attached, named
 from ..coverage.robots.calibration_table import CalibrationTable
 from ..coverage.robots.joint_values import misnamed, ordered
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.robot_table import robot_key
 from ..coverage.sensors.sensor_model import Model
+from ..objectives.obstacle import Obstacle
+from ..objectives.scene import Scene
+from ..objectives.trajectory import TrajectoryFile
+from .recorded_motion import NamedMotion
+from .scene_meshes import parts_of_meshes
 from .schema.proposal_models import ProposalFile
-from .schema.scene_models import SceneFile
 from .schema.target_models import TargetFile
-from .schema.versions import FROM_FILE, RobotFile, SensorFile, refuse_newer
+from .schema.versions import FROM_FILE, RobotFile, SceneFile, SensorFile, refuse_newer
 from .stop_times import read_stop_times
 from .target_files import with_contents
 from .toml_text import toml_keys
@@ -100,7 +105,7 @@ def _with_files(
     path: Path, scene: dict[str, Any], key: str, robot: Robot | None = None
 ) -> dict[str, Any]:
     """Return the keys of a scene with the contents of the files that it names: a robot, a
-    calibration, measured stops, and the meshes and weights of targets.
+    calibration, measured stops, a recorded motion, meshes, and weights of targets.
 
     Args:
         path: the scene's file.
@@ -125,12 +130,43 @@ def _with_files(
         scene["targets"] = [
             with_contents(table, f"{where}[{i}]", read) for i, table in enumerate(targets)
         ]
+    if (motion := scene.get("trajectory")) is not None:
+        scene["trajectory"] = _motion_in(path, f"{key}trajectory.file", motion)
+    for name, kind in (("obstacles", Obstacle), ("attached", Attached)):
+        if isinstance(solids := scene.get(name), list):
+            scene[name] = _with_parts(solids, kind, f"{path}: {key}{name}", beside_of(path))
     return scene
+
+
+def _motion_in(path: Path, key: str, motion: Any) -> Any:
+    """Return the recorded motion that a scene names; what is no valid table as it is."""
+    try:
+        table = adapter(TrajectoryFile).validate_python(
+            {"file": motion} if isinstance(motion, str) else motion
+        )
+    except ValidationError:
+        return motion
+    return NamedMotion(beside(path, key, table.file), table)
+
+
+def _with_parts(tables: list[Any], kind: Any, where: str, read: Any) -> list[Any]:
+    """Return the solids of a scene, with the convex parts of meshes after all others; tables that
+    are not valid as they are."""
+    if not any(isinstance(table, dict) and "file" in table for table in tables):
+        return tables
+    try:
+        solids = [adapter(kind).validate_python(table) for table in tables]
+    except ValidationError:
+        return tables
+    noun = "obstacle" if kind is Obstacle else "attached"
+    here = (solid for solid in named(solids, noun) if solid.file is None)
+    return [*here, *parts_of_meshes(solids, where, read)]
 
 
 def _robot_of(scene: dict[str, Any]) -> Robot:
     """Return the robot of a scene with these keys."""
-    return SceneFile.model_validate({k: scene[k] for k in ("robot",) if k in scene}).robot
+    read: Scene = adapter(Scene).validate_python({k: scene[k] for k in ("robot",) if k in scene})
+    return read.robot
 
 
 def _robot_in(path: Path, key: str, name: str) -> Robot:

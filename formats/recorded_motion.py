@@ -1,7 +1,7 @@
 """Recorded joint motions: read from a file, checked against the robot, and as poses of a scene."""
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,15 @@ from ..coverage.robots.joint_values import in_file_units
 from ..coverage.robots.robot import Robot
 from ..objectives.poses import MOST_DEG_S, Pose, Recorded
 from ..objectives.scene import Scene
-from ..objectives.trajectory import CELL, CELLS, MotionRecord, Thinning, recorded, thin
+from ..objectives.trajectory import (
+    CELL,
+    CELLS,
+    MotionRecord,
+    Thinning,
+    TrajectoryFile,
+    recorded,
+    thin,
+)
 from .motion_csv import MotionReader
 
 _MOST_M_S = 20  # m/s, largest speed of a prismatic joint
@@ -66,6 +74,25 @@ def with_record(
     """
     poses, source = poses_in(path, scene.robot, how or Thinning(), degrees)
     return replace(scene, poses=poses, recorded=source)
+
+
+@dataclass(frozen=True)
+class NamedMotion:
+    """The recorded motion that a scene's file names, for the scene's robot."""
+
+    path: Path
+    """The file."""
+    table: TrajectoryFile
+    """Its table in the scene."""
+
+    @property
+    def file(self) -> str:
+        """The file's name in the scene."""
+        return self.table.file
+
+    def on_robot(self, robot: Robot) -> tuple[tuple[Pose, ...], Recorded]:
+        """Return ``poses_in`` the file for a robot."""
+        return poses_in(self.path, robot, self.table, self.table.unit == "deg")
 
 
 def poses_in(

@@ -1,36 +1,37 @@
 """A scene: robot, weighted poses, weighted target volumes, sensor, mount limits and rules."""
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY, field, replace
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, InitVar, field, replace
 from html import escape
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidationError
 
-from ..coverage.definitions.definition import Fault, definition, refuse
+from ..coverage.definitions.definition import adapter, definition, refuse
 from ..coverage.definitions.errors import input_errors
-from ..coverage.definitions.field_types import Made, Several
+from ..coverage.definitions.field_types import Items, Several, as_several
+from ..coverage.definitions.units import INLINE
 from ..coverage.electronics.electronics import Electronics
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.person_reach import Person
-from ..coverage.rings.mounted_sensor import BASE_LINK, MountedSensor
+from ..coverage.rings.mounted_sensor import CellSensor, MountedSensor
 from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
-from ..coverage.rings.rounding import setup_faults
 from ..coverage.robots.attached import Attached, named, refuse_file
 from ..coverage.robots.base_frame import BaseFrame, base_frame, must_turn
 from ..coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, UR10
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot
+from ..coverage.robots.robot_table import RobotKey, robot_key
 from ..coverage.robots.separation_distance import Safety
 from ..coverage.sensors.board_packing import Printing, roomy_radius
 from ..coverage.sensors.boards import NOMINAL
-from ..coverage.sensors.lids import lid_fault
 from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
 from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Difference
+from ..coverage.targets.combined import TargetInFiles
 from ..coverage.targets.named import Shell, named_target
 from ..coverage.targets.posed_robot import Shape
 from ..coverage.targets.solid import target_solid
@@ -41,8 +42,10 @@ from .mount_rules import Limits, Rules
 from .obstacle import Obstacle
 from .poses import Pose, Recorded
 from .prices import Prices, SetupPrice
-from .scene_poses import pose_faults, poses_of, settled
-from .turned_cell import turned_fields
+from .scene_faults import faults
+from .scene_keys import PoseOfRobot, SceneKeys, table_of_scene
+from .scene_poses import poses_of, settled
+from .turned_cell import states_coordinates, turned_fields
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 _REFERENCE_POSE = np.radians(REFERENCE_POSE_DEG)
@@ -56,20 +59,24 @@ _TARGETS = (
 OverPoses = Literal["mean", "worst"]
 
 
-def _robot_named(robot: Any) -> Any:
-    """Return the built-in robot of a name, and anything else as it is."""
-    if isinstance(robot, str) and robot not in ROBOTS:
+def _robot_named(robot: Any) -> Robot:
+    """Return the built-in robot of a name, and a robot as it is."""
+    if isinstance(robot, str) and robot in ROBOTS:
+        return ROBOTS[robot]
+    if not isinstance(robot, Robot):
         refuse([(("robot",), robot, f"{', '.join(ROBOTS)}, or a Robot, as load returns it")])
-    return ROBOTS[robot] if isinstance(robot, str) else robot
+    known: Robot = robot
+    return known
 
 
-_Pose = Annotated[Pose, Made("a Pose")]
-_Target = Annotated[Target, AfterValidator(standalone), Made(_TARGETS)]
+_AT_REFERENCE = Field(json_schema_extra={"default": [{"q_deg": [*REFERENCE_POSE_DEG]}]})
+_Target = Annotated[TargetInFiles, AfterValidator(standalone)]
 
 
 @definition
 class Scene:
-    """Robot, poses, targets, sensor and rules of a placement.
+    """Robot, poses, targets, sensor and rules of a placement. In a file (TOML) every key has a
+    default: the empty file is the reference scene.
 
     A scene is immutable; ``replace`` returns a changed copy. Without arguments it is the reference
     scene: a UR10 in one pose, the shell V_S(0.5), the paper's sensor, real rings, self-occlusion.
@@ -84,11 +91,12 @@ class Scene:
         <Scene: ur10e, 1 pose, V_S(0.5), occlusion shadow>
     """
 
-    robot: Annotated[Robot, Made("a robot's name, or a Robot")] = UR10
-    """The robot arm: a name in ``robots``, or a ``Robot``."""
+    robot: Annotated[RobotKey, Field(json_schema_extra={"default": "ur10"})] = UR10
+    """The robot arm: the name of a built-in one, a ``Robot``, or in a file a robot file (.toml) or
+    a robot's table."""
     _: KW_ONLY
     base: BaseFrame | None = field(default=None, compare=False)
-    """Frame of the coordinates in these arguments, for an arm of Universal Robots: base_link of its
+    """Frame of all coordinates in the base frame, for an arm of Universal Robots: base_link of its
     ROS description, or pendant, the feature Base of its pendant, which is turned by 180° about z.
     The scene's coordinates are in the robot's own, base_link except for ``ur10_dh``, of which this
     is the name once it was stated."""
@@ -104,13 +112,13 @@ class Scene:
     """Pose curve and the volumes about it."""
     mounts: dict[str, Limits] = field(default_factory=dict)
     """Limits of rings by the name of the link; links that are not named have the default limits."""
-    poses: Annotated[tuple[_Pose, ...], Field(min_length=1, max_length=10_000)] = (
+    poses: Annotated[Items[PoseOfRobot], Field(min_length=1, max_length=10_000), _AT_REFERENCE] = (
         Pose(_REFERENCE_POSE),
     )
-    """Weighted poses: a ``Trajectory``, a list of ``Pose``, joint values by name and unit such as
-    ``{"rail_m": 0.3, "shoulder_deg": 20}`` (one or a list), or joint angles in rad (and m for
-    prismatic joints): (J,) for one pose or (P, J) for P poses of equal weight. Default: the robot's
-    rest pose."""
+    """Weighted poses, in a file tables. In Python a ``Trajectory``, a list of ``Pose``, joint
+    values by name and unit such as ``{"rail_m": 0.3, "shoulder_deg": 20}`` (one or a list), or
+    joint angles in rad (and m for prismatic joints): (J,) for one pose or (P, J) for P poses of
+    equal weight. Default: the robot's rest pose."""
     recorded: Recorded | None = None
     """Origin of the poses, if they come from a recorded motion."""
     over_poses: OverPoses = "mean"
@@ -131,9 +139,9 @@ class Scene:
     """Rate, bus and controller of each ring, which limit its sensors."""
     prices: Prices | None = None
     """What a ring and a sensor cost; results then have a ``price``."""
-    cell_sensors: Annotated[Several[MountedSensor], Field(max_length=1000)] = ()
-    """Cameras and scanners of the cell: ``MountedSensor`` on the link ``base``. What they see
-    counts as covered with any setup."""
+    cell_sensors: Annotated[Several[CellSensor], Field(max_length=1000)] = ()
+    """Cameras and scanners of the cell: in Python ``MountedSensor`` on the link ``base``, in a file
+    without a link. What they see counts as covered with any setup."""
     obstacles: Annotated[Several[Obstacle], Field(max_length=1000)] = ()
     """Obstacles of the cell, each an ``Obstacle``; they occlude and belong to no target."""
     person: Person | None = None
@@ -145,6 +153,8 @@ class Scene:
     """Tools and payloads, each an ``Attached``; they move with their links and belong to the
     robot's body. Default: those that the robot carries."""
 
+    _keys: InitVar[Annotated[SceneKeys | None, INLINE]] = None  # of a file only
+
     if TYPE_CHECKING:  # what Python may pass beside the fields' own types
 
         def __init__(self, robot: Robot | str = UR10, **arguments: Any) -> None: ...
@@ -155,28 +165,51 @@ class Scene:
         default."""
         given = {name: value for name, value in given.items() if value is not None}
         robot = given["robot"] = _robot_named(given.get("robot", UR10))
-        if not isinstance(robot, Robot):
-            return given
         if isinstance(rules := given.get("rules", Rules()), Rules) and not robot.bodies:
-            given = {"occlusion": "ignore"} | given | {"rules": replace(rules, mount="free")}
-        at_rest = cls.poses if robot.name in PAPER_ROBOTS else Pose(robot.rest)
-        poses = given.get("poses", at_rest)
+            given["rules"] = replace(rules, mount="free")
+        poses: Any = given.get("poses")
         if hasattr(poses, "on_robot"):  # a Trajectory
-            poses, given["recorded"] = poses.on_robot(robot)
-        return given | {"poses": poses_of(robot, poses)}
+            given["poses"], given["recorded"] = poses.on_robot(robot)
+        given["targets"] = goals = as_several(given.get("targets", cls.targets))
+        for i, goal in enumerate(goals if isinstance(goals, tuple) else (goals,)):
+            if not isinstance(goal, Target | Mapping):
+                refuse([(("targets", i), goal, _TARGETS)])
+        given = _of_robot(robot, given)
+        return given | {"poses": poses_of(robot, given.get("poses", cls.poses))}
 
-    def __post_init__(self) -> None:
+    @classmethod
+    def _of_table(cls, table: dict[str, Any]) -> dict[str, Any]:
+        """Return a table with the defaults that depend on the robot."""
+        try:
+            robot: Robot = adapter(RobotKey).validate_python(table.get("robot", UR10))
+        except ValidationError:
+            return table  # the field's own validation reports the error
+        keys: SceneKeys = table.get("_keys") or SceneKeys()
+        if keys.trajectory is not None and "poses" in table:
+            allowed = "either poses or a trajectory, not both"
+            refuse([(("trajectory",), keys.trajectory.file, allowed)])
+        if isinstance(rules := table.get("rules", {}), dict) and not robot.bodies:
+            table["rules"] = {"mount": "free"} | rules
+        return _of_robot(robot, table | {"robot": robot})
+
+    def _as_table(self, table: dict[str, Any]) -> dict[str, Any]:
+        """Return the table of a file."""
+        own = base_frame(self.robot) if states_coordinates(self) else None
+        return table_of_scene(self, table | {"base": self.base or own})
+
+    def __post_init__(self, keys: SceneKeys | None) -> None:
         """Attach tools, put the links into use that the rules ask for, and turn coordinates into
         the robot's own base."""
-        robot = self.robot
+        robot = keys.calibrated(self.robot) if keys else self.robot
         if self.attached is not None and self.attached is not robot.attached:
-            refuse(attached_faults(robot, self.attached))
             robot = robot.with_attached(self.attached)
         robot = robot.with_links(self.real)
         obstacles = named(self.obstacles, "obstacle")
         for solid in obstacles:
             refuse_file(solid)
         self._set(robot=robot, attached=robot.attached, obstacles=obstacles)
+        if keys:
+            self._set(**keys.fields(self, robot))
         if robot.chain.mimics:
             self._set(poses=tuple(settled(pose, robot.chain) for pose in self.poses))
         try:
@@ -451,70 +484,10 @@ def as_in_paper(scene: Scene) -> Scene:
     return replace(scene, occlusion="ignore", rules=replace(scene.rules, mount="free"))
 
 
-def attached_faults(robot: Robot, attached: Sequence[Attached]) -> Iterator[Fault]:
-    """Yield what the robot cannot carry."""
-    for i, one in enumerate(attached):
-        if not robot.bodies:
-            yield ("attached", i), one.name, f"none, because robot {robot.name} has no bodies"
-        elif one.link not in robot.carriers:
-            allowed = f"a link of {robot.name}: {', '.join(robot.carriers)}"
-            yield ("attached", i, "link"), one.link, allowed
-
-
-def faults(scene: Scene) -> Iterator[Fault]:
-    """Yield what contradicts itself in a scene, or what its robot does not allow."""
-    robot = scene.robot
-    links = f"a link of {robot.name}: {', '.join(robot.links)}"
-    yield from pose_faults(scene.poses, robot)
-    yield from _target_faults(scene)
-    for i, stop in enumerate(scene.safety.stop_times):
-        if stop.joint not in robot.chain.joints:
-            allowed = f"a joint of {robot.name}: {', '.join(robot.chain.joints)}"
-            yield ("safety", "stop_times", i, "joint"), stop.joint, allowed
-    fixed = Setup(scene.rules.fixed, scene.rules.fixed_sensors)
-    yield from setup_faults(fixed, robot, scene.sensor, ("fixed", "fixed_sensors"))
-    for link in scene.mounts:
-        if link not in robot.links:
-            yield ("mounts", link), link, links
-    for i, one in enumerate(scene.cell_sensors):
-        if one.link != BASE_LINK:
-            what = "a sensor on the robot belongs to a setup, or to the fixed sensors of the rules"
-            allowed = f"{BASE_LINK}; {what}"
-            yield ("cell_sensors", i, "link"), one.link, allowed
-    without = f"because robot {robot.name} has no bodies"
-    if scene.occlusion != "ignore" and not robot.bodies:
-        yield ("occlusion",), scene.occlusion, f"ignore, {without}"
-    if scene.real and not robot.bodies:
-        yield ("rules", "mount"), "real", f"free, {without}"
-    sensors = [scene.sensor, *(limits.sensor for limits in scene.mounts.values() if limits.sensor)]
-    for sensor in sensors if scene.printing.cover else ():
-        terms = sensor, scene.printing.clearance, scene.printing.least_wall
-        if sensor.board is not None and (why := lid_fault(sensor.board, *terms)):
-            yield ("printing", "cover"), True, f"false, because {why}"
-            return
-
-
-def _target_faults(scene: Scene) -> Iterator[Fault]:
-    """Yield shells within the robot's own volume, near volumes of a robot without bodies, different
-    targets of one name, weights that are all 0, and a person who stands on no floor."""
-    inner, first = scene.curve.robot_radius, dict[tuple[str, float | None], Target]()
-    floors = (one.floor for one in scene.obstacles)
-    if scene.person is not None and all(f is None for f in (scene.person.floor, *floors)):
-        yield ("person", "floor"), None, "a height, m, or an obstacle with a floor"
-    for i, target in enumerate(scene.targets):
-        if target.reachable == "person" and scene.person is None:
-            yield ("targets", i, "reachable"), "person", "true or false without a [person]"
-        target, where = target.target, "radius" if target.named else "volume"
-        for radius in target.radii:
-            if radius <= inner:
-                allowed = f"above {inner:g} m, the radius of V_R, which is no part of V_S"
-                yield ("targets", i, where), radius, allowed
-        if "V_N" in target.names and not scene.robot.bodies:
-            allowed = f"none with V_N, because robot {scene.robot.name} has no bodies"
-            yield ("targets", i, "name"), target.name, allowed
-        if first.setdefault(target.key, target) != target:
-            allowed = f"another name, because a different target is called {target}"
-            yield ("targets", i, "name"), target.name, allowed
-    if not any(target.weight > 0 for target in scene.targets):
-        allowed = "above 0 for at least one target"
-        yield ("targets", 0, "weight"), scene.targets[0].weight, allowed
+def _of_robot(robot: Robot, stated: dict[str, Any]) -> dict[str, Any]:
+    """Return what a scene states, with the defaults that depend on its robot."""
+    if not robot.bodies:
+        stated = {"occlusion": "ignore"} | stated
+    if robot_key(robot) not in PAPER_ROBOTS:
+        stated = {"poses": poses_of(robot, Pose(robot.rest))} | stated
+    return stated

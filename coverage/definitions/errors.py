@@ -128,14 +128,11 @@ def shown(value: Any) -> str:
 
 def schema_of(model: Any) -> dict[str, Any]:
     """Return the JSON Schema of a model or definition."""
-    if hasattr(model, "model_json_schema"):
-        schema: dict[str, Any] = model.model_json_schema()
-        return schema
     from pydantic import TypeAdapter
     from pydantic.json_schema import GenerateJsonSchema
 
     quiet = {"ignored_warning_kinds": {"skipped-choice", "non-serializable-default"}}
-    generator = type("Quiet", (GenerateJsonSchema,), quiet)
+    generator: Any = type("Quiet", (GenerateJsonSchema,), quiet)
     return TypeAdapter(model).json_schema(schema_generator=generator)
 
 
@@ -174,7 +171,7 @@ def explain_argument(error: "ValidationError", definition: type) -> InputError:
             line = f"found {shown(fault['input'])}, allowed: {allowed}"
             return InputError(line, f"{definition.__name__}: arguments")
         loc = (names[loc[0]], *loc[1:])
-    keys = {name: field.alias or name for name, field in fields.items()}
+    keys = {name: f.alias or name for name, f in fields.items() if not f.init_var}
     own = {key: name for name, key in keys.items()}
     path = [own.get(str(part), part) if i == 0 else part for i, part in enumerate(loc)]
     if fault["type"] == "unexpected_keyword_argument":

@@ -1,6 +1,6 @@
 """Types of fields, with their limits: lengths, points and the like."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar
 
@@ -34,8 +34,10 @@ def _unchecked(*_: Any) -> Any:
     return any_schema()
 
 
-def _many(values: Any) -> bool:
-    return isinstance(values, Iterable) and not isinstance(values, str | bytes | Mapping)
+def as_several(values: Any) -> Any:
+    """Return one item, or any number of them, as a tuple; a table of a file is no list of one."""
+    many = isinstance(values, Iterable) and not isinstance(values, str | bytes)
+    return as_tuple(values) if many else (values,)
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ Pair = Annotated[tuple[T, T], BeforeValidator(as_tuple)]
 Triple = Annotated[tuple[T, T, T], BeforeValidator(as_tuple)]
 InPython = Annotated[T, GetPydanticSchema(_unchecked), SkipJsonSchema(), Field(exclude=True)]
 """A value of a record that files do not state."""
-Several = Annotated[tuple[T, ...], BeforeValidator(lambda v: as_tuple(v) if _many(v) else (v,))]
+Several = Annotated[tuple[T, ...], BeforeValidator(as_several)]
 """One item or any number of them, as a tuple."""
 Text = Annotated[str, Field(max_length=LONGEST_NAME)]
 Metres = Annotated[float, Field(gt=0, le=100, description="length, m")]

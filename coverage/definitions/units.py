@@ -206,10 +206,10 @@ ELSEWHERE = Field(exclude=True)
 
 def inline_in(cls: type) -> dict[str, Any]:
     """Return the definitions of the fields of a class that are ``INLINE``."""
-    hints = get_type_hints(cls, include_extras=True)
+    hints = get_type_hints(cls, include_extras=True).items()
     return {
         name: get_args(get_args(hint)[0])[0]
-        for name, hint in hints.items()
+        for name, hint in ((name, getattr(hint, "type", hint)) for name, hint in hints)
         if get_origin(hint) is Annotated and INLINE in hint.__metadata__
     }
 

@@ -9,7 +9,7 @@ from pydantic import Field, ValidationError
 from pydantic_core import InitErrorDetails, core_schema
 
 from ..arrays import cross
-from ..definitions.definition import InputError, definition, refuse
+from ..definitions.definition import InputError, adapter, definition, refuse
 from ..definitions.field_types import FARTHEST, Point, Text, Triple
 from ..definitions.units import OF_SCENE, Absent, Millimetres
 from ..sensors.sensor import PAPER_SENSOR, Sensor
@@ -137,7 +137,8 @@ class _OfCell:
         )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
-        table = dict(handler.resolve_ref_schema(handler(schema)))
+        whole = handler(adapter(MountedSensor).core_schema)  # it may be visited before the class
+        table = dict(handler.resolve_ref_schema(whole))
         table["properties"] = {k: v for k, v in table["properties"].items() if k not in _OF_ROBOT}
         table["properties"]["sensor"] = table["properties"]["sensor"]["anyOf"][0]
         table["required"] = ["position", "direction", "sensor"]

@@ -1,12 +1,13 @@
 """A robot: its chain, mounts, link bodies, joint limits and reach."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ..definitions.definition import Fault, refuse
 from ..solids.capsules import Capsules
 from ..solids.polyhedra import Polyhedron
 from .attached import Attached, CarriedPolyhedron, named, refuse_file
@@ -209,18 +210,15 @@ class Robot:
         Capsules become bodies, and polyhedra become ``carried``.
 
         Raises:
-            ValueError: if a link is unknown, or if the robot has no bodies.
+            ValidationError: if a link is unknown, or if the robot has no bodies.
+            ValueError: for the mesh in a file.
         """
         bare, last = self.unladen or self, len(self.chain) - 1
         if not attached:
             return bare
-        if not bare.bodies:
-            raise ValueError(f"robot {bare.name} has no bodies, so nothing can be attached to it")
+        refuse(bare._attached_faults(attached))
         bodies, carried = list(bare.bodies), list[CarriedPolyhedron]()
         for tool in (attached := named(attached, "attached")):
-            if tool.link not in bare.carriers:
-                known = ", ".join(bare.carriers)
-                raise ValueError(f"robot {bare.name} has no link {tool.link!r}; known: {known}")
             refuse_file(tool)
             frame, T = bare.carriers[tool.link], np.eye(4)
             if frame > last:  # the TCP, which the last joint moves
@@ -237,6 +235,16 @@ class Robot:
             carried=tuple(carried),
             unladen=bare,
         )
+
+    def _attached_faults(self, attached: tuple[Attached, ...]) -> Iterator[Fault]:
+        """Yield what the robot cannot carry."""
+        for i, tool in enumerate(attached):
+            if not self.bodies:
+                allowed = f"none, because robot {self.name} has no bodies"
+                yield ("attached", i), tool.name, allowed
+            elif tool.link not in self.carriers:
+                allowed = f"a link of {self.name}: {', '.join(self.carriers)}"
+                yield ("attached", i, "link"), tool.link, allowed
 
     def calibrated(self, chain: Chain, source: str) -> "Robot":
         """Return the robot with a chain of its own, in place of the model's.

@@ -5,7 +5,7 @@ from typing import Any
 
 # file of this folder and class; one is imported when it is asked for
 MODELS = {
-    "scene": ("scene_models", "SceneFile"),
+    "scene": ("versions", "SceneFile"),
     "robot": ("versions", "RobotFile"),
     "sensor": ("versions", "SensorFile"),
     "target": ("target_models", "TargetFile"),

@@ -1,13 +1,12 @@
 """Models of proposals, of the searches that produced them, and of ``result.json``."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from typing import Any, Self
 
 from pydantic import Field, model_validator
 
-from ...coverage.definitions.definition import refuse
+from ...coverage.definitions.definition import adapter, refuse
 from ...coverage.definitions.errors import schema_of
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
@@ -24,8 +23,7 @@ from ...objectives.verified import Verified
 from ...placement.bound.coverage_bound import CoverageBound
 from ...placement.search.result import FewestRings, Reach, SearchResult, SeedResult
 from .base_model import Percent
-from .scene_models import SceneModel
-from .versions import VersionedFile
+from .versions import SceneInFiles, VersionedFile
 
 _EDITED = ("position", "count", "tilt_deg", "phase_deg", "radius")
 """Keys of a ring that a reader may edit, which are stated also where they have their default."""
@@ -58,6 +56,27 @@ def _lean_zeta(keys: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in keys.items() if not (bare and key in _ENDS)}
 
 
+def stated_scene(keys: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys of a scene without those that have their default.
+
+    The robot, its poses, the targets, the model of occlusion and the sensor are always stated.
+    """
+    default = adapter(Scene).dump_python(Scene(), mode="json")
+    lean = {
+        key: (
+            # some keys with their default are not even in the default's table
+            {k: v for k, v in value.items() if k not in default[key] or v != default[key][k]}
+            if key in _TABLES
+            else value
+        )
+        for key, value in keys.items()
+        if key in _ALWAYS or value != default[key]
+    }
+    lean["poses"] = [_lean(pose, PoseTable) for pose in keys["poses"]]
+    lean["targets"] = list(map(stated_keys, keys["targets"]))
+    return lean
+
+
 class ProposalFile(VersionedFile):
     """A proposal (TOML): the setup first, then its scene, its verified ζ, and the search that
     produced it."""
@@ -66,7 +85,7 @@ class ProposalFile(VersionedFile):
     sensors: list[MountedSensor] = Field(
         default=[], max_length=1000, description="single sensors of the setup"
     )
-    scene: SceneModel = Field(default=SceneModel(), description="scene of the setup")
+    scene: SceneInFiles = Field(default_factory=Scene, description="scene of the setup")
     zeta: list[Verified] = Field(default=[], description="verified coverage of each target")
     found: SearchResult | None = Field(default=None, description="search that produced the setup")
 
@@ -74,7 +93,7 @@ class ProposalFile(VersionedFile):
     def of(cls, setup: Setup, scene: Scene, **more: Any) -> Self:
         """Return the proposal of a setup for a scene, with further keys in ``more``."""
         table = table_of(setup, scene.sensor)
-        return cls(**table, scene=SceneModel.from_domain(scene), **more)
+        return cls(**table, scene=scene, **more)
 
     def setup(self, scene: Scene) -> Setup:
         """Return the setup; rings and sensors without a sensor or radius take those of ``scene``.
@@ -83,41 +102,30 @@ class ProposalFile(VersionedFile):
             ValueError: if the scene's sensor needs an ``up`` that a single sensor lacks.
         """
         stated = Setup(tuple(self.rings), tuple(self.sensors))
-        setup = with_scene(stated, scene.sensor, scene.default_radius)
-        if must_turn(scene.robot, self.scene.base):
-            return replace(setup, singles=tuple(map(turned_single, setup.singles)))
-        return setup
+        return with_scene(stated, scene.sensor, scene.default_radius)
 
     def stated(self) -> dict[str, Any]:
-        """Return the keys without those that have their default or repeat another one.
-
-        The robot, its poses, the targets, the model of occlusion and the sensor are always stated.
-        """
-        keys, scene = super().stated(), SceneModel().model_dump(mode="json")
+        """Return the keys without those that have their default or repeat another one."""
+        keys = super().stated()
         keys["rings"] = [_lean(ring, Ring, _EDITED) for ring in keys["rings"]]
         keys["zeta"] = [_lean_zeta(one) for one in keys["zeta"]]
         if self.found is not None:
             keys["found"] = _lean(keys["found"], SearchResult)
-        keys["scene"] = {
-            key: (
-                # some keys with their default are not even in the default's table
-                {k: v for k, v in value.items() if k not in scene[key] or v != scene[key][k]}
-                if key in _TABLES
-                else value
-            )
-            for key, value in keys["scene"].items()
-            if key in _ALWAYS or value != scene[key]
-        }
-        keys["scene"]["poses"] = [_lean(pose, PoseTable) for pose in keys["scene"]["poses"]]
-        keys["scene"]["targets"] = list(map(stated_keys, keys["scene"]["targets"]))
+        keys["scene"] = stated_scene(keys["scene"])
         return keys
 
-    @model_validator(mode="after")
-    def _on_the_robot(self) -> Self:
+    @model_validator(mode="wrap")
+    @classmethod
+    def _of_scene(cls, keys: Any, read: Any) -> Any:
+        """Check the setup on the scene's robot, in whose own base single sensors stand."""
+        self = read(keys)
         setup = Setup(tuple(self.rings), tuple(self.sensors))
         refuse(setup_faults(setup, self.scene.robot, self.scene.sensor))
         if not self.rings and not self.sensors:
             refuse([(("rings",), None, "one ring or single sensor, or more")])
+        scene = keys.get("scene") if isinstance(keys, dict) else None
+        if isinstance(scene, dict) and must_turn(self.scene.robot, scene.get("base")):
+            self.__dict__["sensors"] = [turned_single(one) for one in self.sensors]  # it is frozen
         return self
 
 

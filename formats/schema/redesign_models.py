@@ -6,15 +6,14 @@ from ...coverage.rings.ring import Ring
 from ...objectives.verified import Verified
 from ...placement.redesign.changes import Answer
 from .base_model import Percent
-from .scene_models import SceneModel
-from .versions import VersionedFile
+from .versions import SceneInFiles, VersionedFile
 
 
 class ImproveResult(VersionedFile):
     """Output of ``improve --json``. A number of changes without a further gain has no step."""
 
     setup: str = Field(description="name or file of the mounted setup")
-    scene: SceneModel = Field(description="scene of the setup")
+    scene: SceneInFiles = Field(description="scene of the setup")
     most_changes: int = Field(description="largest number of changes")
     add_sensors: int = Field(description="largest number of additional sensors")
     outcome: str = Field(description="how the search ended")

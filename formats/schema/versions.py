@@ -7,15 +7,18 @@ seldom states its version; without one it has today's meaning.
 """
 
 from collections.abc import Callable
-from typing import Annotated, Any, ClassVar
+from dataclasses import dataclass
+from typing import Annotated, Any
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 from pydantic_core import core_schema
 
 from ...coverage.definitions.definition import refuse
+from ...coverage.definitions.errors import UserError
 from ...coverage.definitions.records import FILE_VERSION
 from ...coverage.robots.robot_table import RobotInFiles
 from ...coverage.sensors.effective_range import OwnModel
+from ...objectives.scene import Scene
 from .base_model import StrictModel
 
 _UNSTATED = 1
@@ -27,8 +30,6 @@ version."""
 class VersionedFile(StrictModel):
     """A file with a version."""
 
-    is_scene: ClassVar[bool] = False
-    """Whether the file is a scene."""
     version: int = Field(
         default=FILE_VERSION,
         ge=1,
@@ -41,21 +42,22 @@ class VersionedFile(StrictModel):
     def _of_today(cls, keys: Any, info: ValidationInfo) -> Any:
         if not isinstance(keys, dict):
             return keys
-        old = info.context == FROM_FILE and not cls.is_scene
-        stated = _UNSTATED if old else FILE_VERSION
-        version = keys.get("version", stated)
+        version = keys.get("version", _UNSTATED if info.context == FROM_FILE else FILE_VERSION)
         if type(version) is not int or version < 1:
             return keys  # the field's own validation reports the error
         refuse_newer(keys)
         keys = dict(keys)
         for step in range(version, FILE_VERSION):
-            keys = UPGRADES[step](cls, keys)
+            keys = UPGRADES[step](keys)
         return keys | {"version": FILE_VERSION}
 
 
+@dataclass(frozen=True, eq=False)
 class Versioned:
-    """Annotation of a definition that is a file of its own, with a version; the meaning of its keys
-    has never changed."""
+    """Annotation of a definition that is a file of its own, with a version."""
+
+    upgrade: "Upgrade | None" = None
+    """Converts the keys of a file that states version 1; None: their meaning never changed."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         inner = handler(source)
@@ -67,7 +69,8 @@ class Versioned:
             if type(version) is not int or version < 1:
                 refuse([(("version",), version, f"an integer from 1 to {FILE_VERSION}")])
             refuse_newer(keys)
-            return {key: value for key, value in keys.items() if key != "version"}
+            keys = {key: value for key, value in keys.items() if key != "version"}
+            return self.upgrade(keys) if self.upgrade and version < FILE_VERSION else keys
 
         return core_schema.no_info_before_validator_function(
             read,
@@ -80,13 +83,16 @@ class Versioned:
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         table = handler.resolve_ref_schema(handler(schema))
         version = VersionedFile.model_json_schema()["properties"]["version"]
+        if self.upgrade is not None:
+            text = "version of the meaning of the keys; today's if absent"
+            version |= {"default": FILE_VERSION, "description": text}
         return table | {"properties": {"version": version} | table["properties"]}
 
 
-Upgrade = Callable[[type[VersionedFile], dict[str, Any]], dict[str, Any]]
+Upgrade = Callable[[dict[str, Any]], dict[str, Any]]
 
 
-def _with_envelopes(model: type[VersionedFile], keys: dict[str, Any]) -> dict[str, Any]:
+def _with_envelopes(keys: dict[str, Any]) -> dict[str, Any]:
     """Return the keys of a file of version 1, in which a ring's body had two stated sizes.
 
     The scene of such a file states what its defaults were. Rings with bodies on a UR10 sat on the
@@ -95,7 +101,7 @@ def _with_envelopes(model: type[VersionedFile], keys: dict[str, Any]) -> dict[st
     """
     if "scene" in keys:
         return keys | {"scene": _scene_with_envelopes(keys["scene"], "rings" in keys)}
-    return _scene_with_envelopes(keys) if model.is_scene else keys
+    return keys
 
 
 def _scene_with_envelopes(scene: Any, has_rings: bool = False) -> Any:
@@ -123,6 +129,21 @@ def refuse_newer(keys: dict[str, Any]) -> None:
         refuse([(("version",), version, f"{known}; update place-rings to read newer files")])
 
 
+def in_files(scene: Scene) -> Scene:
+    """Return a scene that files can hold.
+
+    Raises:
+        UserError: if no file can hold a target, as a function.
+    """
+    if not all(part.in_files for goal in scene.targets for part in goal.parts()):
+        raise UserError("a target by a function of Python's cannot be written to a file")
+    return scene
+
+
+SceneInFiles = Annotated[Scene, AfterValidator(in_files)]
+"""A scene within a file."""
+SceneFile = Annotated[Scene, Versioned(_scene_with_envelopes)]
+"""A scene (TOML). Every key has a default: the empty file is the reference scene."""
 RobotFile = Annotated[RobotInFiles, Versioned()]
 """A robot (TOML): a chain of joints, mount axes, and capsules that enclose its links."""
 SensorFile = Annotated[OwnModel, Versioned()]

@@ -92,10 +92,10 @@ class PlannedCheck:
         table: dict[str, Any] = adapter(PlannedCheck).dump_python(self, mode="json")
         return table
 
-    @cached_property
+    @property
     def scene(self) -> Scene:
         """Robot, cell and targets."""
-        return self.proposal.scene.to_domain()
+        return self.proposal.scene
 
     @cached_property
     def setup(self) -> Setup:

@@ -8,7 +8,8 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import table_of, with_scene
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets.target import Target
-from ...formats.schema.scene_models import SceneModel
+from ...formats.schema.proposal_models import stated_scene
+from ...formats.schema.versions import in_files
 from ...objectives.named_layouts import layout_in
 from ...objectives.scene import Scene
 
@@ -36,17 +37,15 @@ def scene_from(scene: Mapping[str, Any]) -> Scene:
     """
     keys = dict(scene)
     rules = {"mount": "free"} | keys.get("rules", {})
-    return SceneModel.model_validate({"occlusion": "ignore"} | keys | {"rules": rules}).to_domain()
+    stated = {"occlusion": "ignore"} | keys | {"rules": rules}
+    read: Scene = adapter(Scene).validate_python(stated)
+    return read
 
 
 def keys_of(scene: Scene) -> dict[str, Any]:
-    """Return the keys of a scene: its occlusion, its mounts, and those that differ from the
-    defaults of a file."""
-    keys = SceneModel.from_domain(scene).model_dump(
-        mode="json", exclude_defaults=True, exclude_none=True
-    )
-    rules = keys.get("rules", {}) | {"mount": scene.rules.mount}
-    return keys | {"occlusion": scene.occlusion, "rules": rules}
+    """Return the keys of a scene as in a proposal file, with its mounts."""
+    keys = stated_scene(adapter(Scene).dump_python(in_files(scene), mode="json"))
+    return keys | {"rules": keys.get("rules", {}) | {"mount": scene.rules.mount}}
 
 
 def setup_from(setup: str | Rings | Sensors, scene: Scene) -> Setup:

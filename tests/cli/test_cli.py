@@ -27,7 +27,6 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.schema.proposal_models import SearchFile
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.written_models import ExportResult
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.robustness import Robustness
@@ -42,6 +41,8 @@ from place_rings.reporting import comparison
 from place_rings.simulation.safety import SafetyResult
 from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.pareto import study as pareto
+
+from ..support.scene_tables import scene_table
 
 
 def test_the_worst_of_one_pose_is_its_mean():
@@ -77,7 +78,7 @@ def test_a_front_is_of_the_scene_with_its_motion_and_its_meshes(run, tmp_path, m
     assert (code, err.strip()) == (2, "place-rings: enough")
     ((where, budgets),) = measured
     scenes = scene_from(where), read_scene(tmp_path / "cell.toml")
-    first, second = (SceneModel.from_domain(scene).stated() for scene in scenes)
+    first, second = (scene_table(scene) for scene in scenes)
     assert first == second
     assert len(where["poses"]) == 6
     assert list(budgets) == [48, 80, 112, 64]  # 24 are fewer than the fixed ring has
@@ -196,7 +197,7 @@ def test_place_leaves_proposal_picture_and_result(run, quick, tmp_path):
     assert "found/proposal.toml" in out
     setup, _, file = read_proposal(tmp_path / "found/proposal.toml")
     result = SearchFile.model_validate_json((tmp_path / "found/result.json").read_text())
-    assert result.proposal == file
+    assert result.proposal.stated() == file.stated()
     assert setup.sensors == 12
     assert (tmp_path / "found/placement.png").read_bytes().startswith(b"\x89PNG")
     code, out, _ = run("verify", "found/proposal.toml", "--voxel", "0.1", "--json")

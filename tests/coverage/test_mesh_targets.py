@@ -16,13 +16,13 @@ from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
 from place_rings.formats.loader import read_target
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.scene import Scene
 
 from ..strategies.solids import MESHES
 from ..strategies.units import GENERATORS, failures
 from ..strategies.volumes import ANYWHERE, BOXES
 from ..support.refusals import refused
+from ..support.scene_tables import scene_of_table, scene_table
 
 
 def solid_of(mesh):
@@ -95,8 +95,8 @@ def test_files_hold_meshes(tmp_path):
     box = Box((0.4, 0.2, 0.6), (0.5, 0.0, 0.5))
     one, other = (target_solid(t, UR10, Scene.poses[0].q) for t in (target, box))
     assert abs(count(one, 0.0217) - count(other, 0.0217)) <= 2
-    keys = SceneModel.from_domain(Scene(targets=(target,)))
-    assert keys.to_domain().targets[0] == target
+    keys = scene_table(Scene(targets=(target,)))
+    assert scene_of_table(keys).targets[0] == target
     again = pr.Mesh.load(
         tmp_path / "zone.stl", scale=0.001, centre=(0.5, 0, 0.5), rpy_deg=(0, 0, 90), name="zone"
     )

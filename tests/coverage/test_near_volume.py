@@ -23,11 +23,11 @@ from place_rings.coverage.targets.named import Near, named_target
 from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
-from place_rings.formats.schema.scene_models import SceneModel
 from scipy.spatial import ConvexHull
 
 from ..strategies.rings import LONGEST, ROBOT_NAMES, poses
 from ..strategies.units import GENERATORS, failures, points_mm, uniform_directions
+from ..support.scene_tables import reread
 
 RADII = st.integers(20, 600).map(lambda mm: mm / 1000)
 
@@ -198,7 +198,7 @@ def test_it_is_the_same_in_python_in_files_and_in_commands(run):
     )
     assert code == 0
     assert f'"zeta_percent": {100 * near:.2f}'[:-1] in out
-    again = SceneModel.from_domain(scene).to_domain()
+    again = reread(scene)
     assert again.targets == scene.targets
 
 

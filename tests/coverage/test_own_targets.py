@@ -29,8 +29,6 @@ from place_rings.coverage.targets.target import KINDS
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.formats.loader import read_scene, read_target
-from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.formats.writing import to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.scene import Scene
@@ -39,6 +37,7 @@ from place_rings.objectives.verify import Verifier
 from ..strategies.scenes import CELLS, scenes
 from ..strategies.volumes import ANYWHERE, BOXES, CAPSULES, CONES, CYLINDERS, OWN_TARGETS, VOLUMES
 from ..support.refusals import refused
+from ..support.scene_tables import scene_of_table, scene_table, scene_toml
 from .test_octree import agree, dense, lattice
 
 NEAR = Shell(0.5)
@@ -216,10 +215,10 @@ def test_there_and_back_through_files(volumes):
         replace(own(v, f"zone {i}"), weight=1.0 + i, at_least_percent=25)
         for i, v in enumerate(volumes)
     )
-    keys = SceneModel.from_domain(Scene(targets=goals)).model_dump(exclude_none=True)
-    back = SceneModel.model_validate(keys).to_domain()
+    keys = scene_table(Scene(targets=goals))
+    back = scene_of_table(keys)
     assert back.targets == goals
-    assert SceneModel.from_domain(back) == SceneModel.from_domain(Scene(targets=goals))
+    assert scene_table(back) == scene_table(Scene(targets=goals))
 
 
 def test_there_and_back_through_python():
@@ -234,7 +233,7 @@ def test_there_and_back_through_python():
     scene = pr.Scene(targets=each)
     assert list(scene.targets) == each
     assert copy.deepcopy(scene.targets) == scene.targets
-    text = to_toml(SceneModel.from_domain(scene))
+    text = scene_toml(scene)
     assert "[[targets]]" in text
 
 
@@ -277,7 +276,7 @@ def test_functions_stay_out_of_files():
     function = pr.Implicit(lambda p: np.linalg.norm(p, axis=1) - 1, ((-1, -1, -1), (1, 1, 1)))
     scene = pr.Scene(targets=pr.UnionOf([function, pr.Shell(0.5)], name="round"))
     with pytest.raises(UserError):
-        SceneModel.from_domain(scene)
+        scene_table(scene)
     assert isinstance(scene.targets[0], pr.UnionOf)
 
 

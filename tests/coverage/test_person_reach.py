@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from place_rings.coverage.person_reach import LONGER, SHOULDER, SIDE, STEP, Person, person_region
 from place_rings.coverage.solids.polyhedra import box, box_of, half_space
 from place_rings.coverage.targets.named import Near, Shell
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.blind_spots import blind_spots
 from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
@@ -23,6 +22,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from ..strategies.units import GENERATORS
+from ..support.scene_tables import reread
 
 BOX = np.array([[-0.6, -0.6, 0], [0.6, 0.6, 2.6]])
 ARM = 0.05  # m, clearance of the drawn arms' axes
@@ -219,7 +219,7 @@ def test_there_and_back():
         person=pr.Person(areas=[[(0, 0), (1, 0), (0, 1)]], shoulder=1.0),
         obstacles=pr.Obstacle("floor", floor=-0.7),
     )
-    back = SceneModel.from_domain(scene).to_domain()
+    back = reread(scene)
     assert (back.person, back.targets) == (scene.person, scene.targets)
     with pytest.raises(pr.InputError) as error:
         pr.Scene(targets=pr.Shell(0.5, reachable="person"))

@@ -18,7 +18,6 @@ from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.coverage.targets.named import ProtectiveVolume, ReachSphere
 from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.voxels.octree import count
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.separation_summary import separations
@@ -27,6 +26,7 @@ from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 from ..strategies.rings import LONGEST, ROBOT_NAMES, poses
 from ..strategies.units import GENERATORS, failures
 from ..support.rails import RAIL, carried
+from ..support.scene_tables import reread
 
 # rad/s, a few of its joints at rest
 RATES = st.tuples(*[st.integers(-30, 30)] * LONGEST).map(np.radians)
@@ -158,10 +158,7 @@ def test_a_link_that_only_turns_about_itself_has_a_speed():
 def test_safety_and_speeds_read_back_from_a_scene():
     pose = Pose(np.zeros(6), 1.0, None, np.radians([10.0, 0, 0, 0, 0, -3.5]))
     scene = Scene.paper(poses=(pose,), safety=Safety(1.7, 0.2, 0.3, 0.4, 0.05, 0.06, 0.25))
-    again = SceneModel.from_domain(scene).to_domain()
+    again = reread(scene)
     assert again.safety == scene.safety
     np.testing.assert_allclose(again.poses[0].rate, pose.rate, atol=1e-10)
-    assert (
-        SceneModel.from_domain(replace(scene, poses=(Pose(np.zeros(6)),))).to_domain().poses[0].rate
-        is None
-    )
+    assert reread(replace(scene, poses=(Pose(np.zeros(6)),))).poses[0].rate is None

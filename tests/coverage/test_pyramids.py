@@ -15,7 +15,6 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.cones import Cones, around
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.mount_rules import Limits
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Scene
@@ -23,6 +22,7 @@ from place_rings.objectives.verify import Verifier
 from pydantic import ValidationError
 
 from ..strategies.units import FACINGS, GENERATORS, directions, ups
+from ..support.scene_tables import reread
 
 SQUARE = Sensor(math.radians(45), 1.2, None, math.radians(45), 8)
 FLAT = Sensor(math.radians(60), 0.9, None, math.radians(30))
@@ -121,10 +121,8 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
 
 def test_mixed_setups_and_sensors_of_links_read_back():
     scene = Scene.paper(sensor=SQUARE, mounts={"forearm": Limits(sensor=FLAT)})
-    assert SceneModel.from_domain(scene).to_domain().limits_of(
-        "forearm"
-    ).sensor.fov_up == pytest.approx(FLAT.fov_up)
-    assert SceneModel.from_domain(scene).to_domain().limits_of("forearm").sensor.zones == 1
+    assert reread(scene).limits_of("forearm").sensor.fov_up == pytest.approx(FLAT.fov_up)
+    assert reread(scene).limits_of("forearm").sensor.zones == 1
     read = adapter(Setup).validate_python(table_of(MIXED, scene.sensor))
     again = with_scene(read, scene.sensor)
     assert again == rounded(again, scene.sensor)

@@ -13,7 +13,6 @@ from place_rings.coverage.targets.named import ReachSphere, Shell
 from place_rings.coverage.targets.own import Box
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.formats.loader import read_scene
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.scene import Scene
@@ -23,6 +22,7 @@ from scipy.ndimage import label
 from ..strategies.scenes import CELLS
 from ..strategies.solids import REGIONS
 from ..strategies.units import GENERATORS, failures, uniform_directions
+from ..support.scene_tables import reread
 from .test_octree import dense, lattice
 
 SETUP = named_setup("n2_16_25")
@@ -170,7 +170,7 @@ def test_there_and_back(tmp_path):
         obstacles=pr.Obstacle("table", centre=(0, 0, -0.1), size=(2, 2, 0.1)),
     )
     assert [str(t.target) for t in scene.targets] == ["V_S(0.5) reachable", "box", "V_S(0.5)"]
-    assert SceneModel.from_domain(scene).to_domain().targets == scene.targets
+    assert reread(scene).targets == scene.targets
     (tmp_path / "scene.toml").write_text(
         "[[targets]]\nname = 'V_O'\nreachable = true\n[[obstacles]]\nfloor = 0.0\n"
     )

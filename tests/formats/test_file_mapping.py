@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
+import place_rings as pr
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -26,7 +27,6 @@ from place_rings.coverage.targets.named import ReachAndToolSpheres, Shell
 from place_rings.coverage.targets.posed_robot import Shape
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.versions import RobotFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.link_limits import LinkLimits
@@ -35,6 +35,9 @@ from place_rings.objectives.mount_rules import Limits, Rules
 from place_rings.objectives.poses import Pose, Recorded
 from place_rings.objectives.prices import Prices
 from place_rings.objectives.scene import Scene
+from pydantic import ValidationError
+
+from ..support.scene_tables import scene_of_table, scene_table, scene_toml
 
 
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:
@@ -269,14 +272,14 @@ def plain(value: object) -> object:
 def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
     scene = made(scene)
     path = tmp_path_factory.mktemp("files") / "scene.toml"
-    table = SceneModel.from_domain(scene)
-    path.write_text(to_toml(table))
+    table = scene_table(scene)
+    path.write_text(scene_toml(scene))
     again = read_scene(path)
     if scene.robot is not UR10:  # in-line: rounded as files are
         assert RobotTable.of(again.robot) == RobotTable.of(scene.robot)
         again = dataclasses.replace(again, robot=scene.robot)
     assert plain(again) == plain(scene)
-    assert SceneModel.from_domain(again) == table
+    assert scene_table(again) == table
 
 
 @settings(max_examples=25)
@@ -287,7 +290,7 @@ def test_a_setup_is_what_its_proposal_says(tmp_path_factory, rings, singles, sen
     file = ProposalFile.of(setup, Scene.paper(sensor=sensor))
     path.write_text(to_toml(file))
     again, scene, read = read_proposal(path)
-    assert (again, scene.sensor, read) == (setup, sensor, file)
+    assert (again, scene.sensor, read.stated()) == (setup, sensor, file.stated())
 
 
 @given(SENSORS)
@@ -323,3 +326,30 @@ def test_a_robot_is_what_its_file_says(tmp_path, name):
 def test_urdf_angles_give_the_rotation_again(rpy):
     R = rotation_rpy(*rpy)
     np.testing.assert_allclose(rotation_rpy(*rpy_of(R)), R, atol=1e-8)
+
+
+SINGLE = {"link": "tool", "position": [0.0, 0.0, 0.0], "direction": [0.0, 0.0, 1.0]}
+
+
+@pytest.mark.parametrize("key", ["calibration", "trajectory", "fixed", "fixed_sensors"])
+def test_what_only_a_file_states_is_no_argument(key):
+    with pytest.raises(pr.InputError, match=f"^Scene: {key}: found an unknown argument"):
+        Scene(**{key: []})
+
+
+@pytest.mark.parametrize(
+    ("key", "table"),
+    [
+        ("trajectory", {"trajectory": "motion.csv"}),
+        ("trajectory", {"trajectory": "motion.csv", "poses": [{"q_deg": [0.0] * 6}]}),
+        ("fixed", {"fixed": [{"link": "wing", "count": 4}]}),
+        ("fixed_sensors", {"fixed_sensors": [{**SINGLE, "link": "wing"}]}),
+        ("fixed_sensors", {"fixed_sensors": [SINGLE], "sensor": {"fov_up_deg": 20.0}}),
+        ("calibration", {"robot": "ur5e", "calibration": {"joints": [{}], "tcp": {}}}),
+        ("robot", {"robot": "nobody", "poses": [{"q_deg": [0.0]}], "occlusion": "blind"}),
+    ],
+)
+def test_a_key_that_no_scene_agrees_with_is_named(key, table):
+    with pytest.raises(ValidationError) as error:
+        scene_of_table(table)
+    assert error.value.errors()[0]["loc"][0] == key

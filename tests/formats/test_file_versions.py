@@ -21,8 +21,13 @@ from place_rings.formats.loader import read_proposal, read_robot, read_scene, re
 from place_rings.formats.schema import versions
 from place_rings.formats.schema.files import MODELS, model_named
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.scene_models import SceneFile, SceneModel
-from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, RobotFile, VersionedFile
+from place_rings.formats.schema.versions import (
+    FILE_VERSION,
+    FROM_FILE,
+    RobotFile,
+    SceneFile,
+    VersionedFile,
+)
 from place_rings.formats.writing import _drop_none, to_toml
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
@@ -30,6 +35,7 @@ from place_rings.objectives.scene import REFERENCE_POSE_DEG, Scene
 from place_rings.objectives.verified import PoseZeta, Verified
 
 from ..support.refusals import refused
+from ..support.scene_tables import scene_table
 
 RINGS = "[[rings]]\nlink = 'tool'\ncount = 8\n"
 PRINTED = ("verify", "robustness", "report", "export")  # by --json, to no file
@@ -66,7 +72,7 @@ def test_what_is_written_states_its_version_once_and_first():
     proposal = ProposalFile.of(named_setup("n2_16_25"), Scene.paper())
     for held, file in (
         (proposal, None),
-        (SceneFile.from_domain(Scene.paper()), None),
+        (Scene.paper(), SceneFile),
         (Scene.paper().robot, RobotFile),
     ):
         text = to_toml(held, "two\nlines", file).removeprefix("# two\n# lines\n")
@@ -144,14 +150,12 @@ def test_a_newer_file_is_refused_in_one_line(run, tmp_path):
 def test_an_older_file_is_upgraded_before_defaults_apply(tmp_path, monkeypatch):
     """As the next version will: what a file of the first does not state keeps its meaning."""
 
-    def first(model: type[VersionedFile], keys: dict) -> dict:
-        if not issubclass(model, ProposalFile):
-            return keys
+    def first(keys: dict) -> dict:
         scene = {"rules": {"mount": "free"}, **keys.get("scene", {})}
         return keys | {"scene": scene}
 
     monkeypatch.setattr(versions, "FILE_VERSION", 3)
-    monkeypatch.setattr(versions, "UPGRADES", {1: first, 2: lambda model, keys: keys})
+    monkeypatch.setattr(versions, "UPGRADES", {1: first, 2: lambda keys: keys})
     path = tmp_path / "proposal.toml"
     for stated, mount in (("", "free"), ("version = 1\n", "free"), ("version = 3\n", "real")):
         path.write_text(stated + RINGS)
@@ -222,15 +226,18 @@ def test_a_proposal_states_what_differs_and_is_read_back_whole(robot, change, co
     text = to_toml(file)
     read = ProposalFile.model_validate(tomllib.loads(text), context=FROM_FILE)
     without = {"zeta": []}
-    assert read.model_copy(update=without) == file.model_copy(update=without)
+    assert read.model_copy(update=without).stated() == file.model_copy(update=without).stated()
     (again,) = read.zeta
     assert again.low == again.zeta == again.high == pytest.approx(count.zeta)
     assert replace(again, **ends, poses=count.poses) == count
-    assert repr(read.scene.to_domain()) == repr(file.scene.to_domain())
+    assert repr(read.scene) == repr(file.scene)
     keys = tomllib.loads(text)
     assert "low_percent" not in text
-    defaults = SceneModel().model_dump(mode="json")
+    defaults = scene_table(Scene())
     for table in {"curve", "safety", "motion", "link", "rules", "printing"} & keys["scene"].keys():
         assert all(defaults[table].get(k) != v for k, v in keys["scene"][table].items())
     whole = tomli_w.dumps(_drop_none(file.model_dump(mode="json")))  # as files stated before
-    assert ProposalFile.model_validate(tomllib.loads(whole), context=FROM_FILE) == read
+    assert (
+        ProposalFile.model_validate(tomllib.loads(whole), context=FROM_FILE).stated()
+        == read.stated()
+    )

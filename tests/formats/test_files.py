@@ -20,8 +20,7 @@ from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.formats import writing
 from place_rings.formats.loader import how_found, read_proposal, read_scene, resolve
-from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.formats.writing import to_toml, write_text
+from place_rings.formats.writing import write_text
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.named_layouts import layout_in
 from place_rings.objectives.scene import Scene
@@ -29,6 +28,7 @@ from place_rings.studies.engine.scenes import keys_of, scene_from
 
 from ..support import drawing
 from ..support.refusals import refused
+from ..support.scene_tables import scene_table, scene_toml
 
 RING = "[[rings]]\nlink = 'tool'\ncount = 8\n"
 POSE = "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]"
@@ -117,8 +117,8 @@ def test_what_is_no_file_is_one_line(tmp_path):
 def test_the_empty_scene_is_the_reference_scene(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text("")
-    assert SceneModel.from_domain(read_scene(path)) == SceneModel()
-    assert SceneModel.from_domain(Scene()) == SceneModel()
+    assert scene_table(read_scene(path)) == scene_table(Scene())
+    assert scene_table(Scene()) == scene_table(Scene())
 
 
 def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
@@ -167,7 +167,7 @@ def test_names_and_files_resolve(tmp_path):
     setup, scene = resolve("n2_16_25", None)
     assert setup == layout_in(Scene(), "n2_16_25")
     assert resolve("n2_16_25", Scene.paper())[0] == named_setup("n2_16_25")
-    assert SceneModel.from_domain(scene) == SceneModel()
+    assert scene_table(scene) == scene_table(Scene())
     path = tmp_path / "mine.toml"
     path.write_text(RING)
     assert resolve(str(path), None)[0].sensors == 8
@@ -220,7 +220,7 @@ def test_the_former_name_of_the_largest_number_of_rings_on_a_link_is_read(tmp_pa
     for key in ("rings_per_link", "max_rings_per_link"):
         path.write_text(f"[rules]\n{key} = 5\n")
         assert read_scene(path).rules.max_rings_per_link == 5
-    text = to_toml(SceneModel.from_domain(read_scene(path)))
+    text = scene_toml(read_scene(path))
     assert "max_rings_per_link = 5" in text
     path.write_text("[rules]\nrings_per_link = 5\nmax_rings_per_link = 4\n")
     with refused("scene.toml rules.rings_per_link"):

@@ -30,8 +30,6 @@ from place_rings.formats.printing.print_checks import least_wall, read_stl, stl
 from place_rings.formats.printing.print_files import board_screws, print_ring, ring_files
 from place_rings.formats.printing.print_plan import plan_ring
 from place_rings.formats.printing.ring_solids import assemble
-from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.board_fit import most_sensors
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.poses import Pose
@@ -41,6 +39,7 @@ from place_rings.reporting.setup_report.bill_of_materials import printed_parts
 from ..support import drawing
 from ..support.assembly import judge, part
 from ..support.refusals import refused
+from ..support.scene_tables import scene_of_table, scene_toml
 from .test_assembly import drawn_proposal, holds
 from .test_printing import BOARDED, sensor_of
 
@@ -265,7 +264,7 @@ def test_lids_add_to_mass_and_filament():
 def test_cover_in_a_scenes_file(tmp_path):
     path = tmp_path / "scene.toml"
     scene = Scene(sensor=sensor_of("vl53l5cx"), printing=COVERED)
-    path.write_text(to_toml(SceneModel.from_domain(scene)))
+    path.write_text(scene_toml(scene))
     assert read_scene(path).printing == COVERED
     board = "[sensor.board]\nwidth = 0.02\nheight = 0.02\n"
     for text in (
@@ -338,6 +337,6 @@ def test_wider_beams_need_wider_windows_until_no_lid_is_left(degrees):
 def test_a_scene_without_lids_is_written_as_before_there_were_any():
     for printing, count in ((Printing(), 0), (COVERED, 1)):
         scene = replace(Scene(), printing=printing)
-        text = to_toml(SceneModel.from_domain(scene))
+        text = scene_toml(scene)
         assert text.count("cover = true") == text.count("cover") == count
-        assert SceneModel.model_validate(tomllib.loads(text)).to_domain().printing == printing
+        assert scene_of_table(tomllib.loads(text)).printing == printing

@@ -35,8 +35,6 @@ from place_rings.formats.printing.print_checks import least_wall, overhang, read
 from place_rings.formats.printing.print_files import print_ring, ring_files
 from place_rings.formats.printing.print_plan import UnbuildableError, plan_ring
 from place_rings.formats.printing.ring_solids import assemble, collar, envelope_solid
-from place_rings.formats.schema.scene_models import SceneModel
-from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.ring_envelopes import envelope
 from place_rings.objectives.feasibility.violations import mount_faults
 from place_rings.objectives.mount_rules import Rules
@@ -50,6 +48,7 @@ from place_rings.reporting.ring_pictures import ring_pictures
 
 from ..support import drawing
 from ..support.refusals import has_parts, refused
+from ..support.scene_tables import reread, scene_toml
 
 OWN = Electronics(bus="own")
 BOARDED = ("vl53l0x", "vl53l1x", "vl53l4cd", "vl53l5cx")
@@ -344,10 +343,10 @@ def test_boards_and_printing_in_a_scenes_file(tmp_path):
         sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt="M4", nut="through")
     )
     path = tmp_path / "scene.toml"
-    path.write_text(to_toml(SceneModel.from_domain(scene)))
+    path.write_text(scene_toml(scene))
     again = read_scene(path)
     assert (again.sensor, again.printing) == (scene.sensor, scene.printing)
-    named = SceneModel.from_domain(Scene.paper(sensor=L4CD)).to_domain()
+    named = reread(Scene.paper(sensor=L4CD))
     assert named.sensor.board == VL53L4CD == MODELS["vl53l4cd"].board
     holes = "width = 0.02\nheight = 0.02\nholes = [[0.01, 0]]"
     for text, parts in (

@@ -19,7 +19,6 @@ from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.mount_axes import confidence
 from place_rings.formats.robots.mount_detection import find_tube
 from place_rings.formats.robots.urdf_model import UrdfShape
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.versions import RobotFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.poses import Pose
@@ -28,6 +27,7 @@ from scipy.spatial.transform import Rotation
 
 from ..support import drawing
 from ..support.refusals import has_parts, refused
+from ..support.scene_tables import scene_table, scene_toml
 
 
 def turned(mesh, rng):
@@ -205,7 +205,7 @@ def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside)
 def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
     mine = replace(ROBOTS["panda"], name="mine")
     scene = Scene(robot=mine, poses=(Pose(mine.rest),))
-    (tmp_path / "inline.toml").write_text(to_toml(SceneModel.from_domain(scene)))
+    (tmp_path / "inline.toml").write_text(scene_toml(scene))
     (tmp_path / "mine.toml").write_text(to_toml(mine, file=RobotFile))
     (tmp_path / "named.toml").write_text('robot = "mine.toml"\n')
     (tmp_path / "proposal.toml").write_text(
@@ -213,12 +213,10 @@ def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
     )
     inline, named = (read_scene(tmp_path / f"{n}.toml") for n in ("inline", "named"))
     proposed = read_proposal(tmp_path / "proposal.toml")[1]
-    wanted = SceneModel.from_domain(scene).stated()
-    assert all(SceneModel.from_domain(s).stated() == wanted for s in (inline, named, proposed))
+    wanted = scene_table(scene)
+    assert all(scene_table(s) == wanted for s in (inline, named, proposed))
     assert len(named.poses[0].q) == 7
-    assert (
-        SceneModel.from_domain(SceneModel(robot="panda").to_domain()).stated()["robot"] == "panda"
-    )
+    assert scene_table(Scene("panda"))["robot"] == "panda"
 
 
 @pytest.mark.parametrize(

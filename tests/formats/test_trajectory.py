@@ -16,13 +16,13 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats import motion_csv as reading
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.recorded_motion import read_record, with_record
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.pose_subset import representative
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 
 from ..support import drawing
 from ..support.refusals import refused
+from ..support.scene_tables import reread, scene_table
 
 HEADER = "t,q0,q1,q2,q3,q4,q5"
 STILL = "0,0,0,0,0,0"
@@ -240,7 +240,7 @@ def test_an_angle_cut_at_half_a_turn_is_one_line_and_the_same_made_whole_is_read
         with_record(Scene.paper(), tmp_path / "cut.csv")
     write(tmp_path / "whole.csv", MotionRecord(t, q), HEADER.split(","))
     scene = with_record(Scene.paper(), tmp_path / "whole.csv")
-    assert len(SceneModel.from_domain(scene).poses) == len(scene.poses) > 1
+    assert len(scene_table(scene)["poses"]) == len(scene.poses) > 1
 
 
 @settings(max_examples=30, deadline=None)
@@ -276,8 +276,8 @@ def test_a_scene_takes_its_poses_from_a_record(cell):
     assert (b.recorded.file, b.recorded.rows) == ("r.csv", 501)
     assert len(a.poses) > 7
     assert a.recorded.within < b.recorded.within
-    again = SceneModel.from_domain(b).to_domain()
-    assert SceneModel.from_domain(again) == SceneModel.from_domain(b)
+    again = reread(b)
+    assert scene_table(again) == scene_table(b)
     assert [(p.weight, p.time_s) for p in again.poses] == [(p.weight, p.time_s) for p in b.poses]
 
 

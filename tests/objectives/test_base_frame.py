@@ -12,12 +12,12 @@ from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats.loader import read_proposal, read_scene, read_target
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.scene_models import SceneFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting.lines.occlusion import base_lines
 
 from ..support.refusals import refused
+from ..support.scene_tables import scene_of_table, scene_toml
 
 VOXEL, TURNED = 0.06, np.array([-1.0, -1.0, 1.0])
 UR = sorted(name for name, robot in ROBOTS.items() if base_frame(robot) == "base_link")
@@ -97,10 +97,10 @@ def counts(scene):
 @given(cells())
 def test_both_frames_state_one_cell(tmp_path_factory, cell):
     folder = tmp_path_factory.mktemp("cell")
-    here = SceneFile(**cell, base="base_link").to_domain()
-    there = SceneFile(**pendant(cell), base="pendant").to_domain()
+    here = scene_of_table({**cell, "base": "base_link"})
+    there = scene_of_table({**pendant(cell), "base": "pendant"})
     written = folder / "again.toml"
-    written.write_text(to_toml(SceneFile.from_domain(there), "again"), "utf-8")
+    written.write_text(scene_toml(there), "utf-8")
     assert 'base = "base_link"' in written.read_text("utf-8")
     assert counts(here) == counts(there) == counts(read_scene(written))
 
@@ -145,8 +145,8 @@ def test_sensors_of_a_proposal_on_the_base_turn_with_its_scene(tmp_path):
     single = pr.MountedSensor("base", (0.3, 0.2, 0.5), (1.0, 0.5, 0.0))
     file = tmp_path / "proposal.toml"
     written = ProposalFile.of(pr.Setup((), (single,)), pr.Scene("ur5e"))
-    stated = written.scene.model_copy(update={"base": "pendant"})
-    file.write_text(to_toml(written.model_copy(update={"scene": stated}), "p"), "utf-8")
+    text = to_toml(written, "p").replace("[scene]\n", '[scene]\nbase = "pendant"\n')
+    file.write_text(text, "utf-8")
     setup, scene, _ = read_proposal(file)
     assert setup.singles[0].position == (-0.3, -0.2, 0.5)
     assert ProposalFile.of(setup, scene).scene.base == "base_link"

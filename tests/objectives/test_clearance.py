@@ -33,7 +33,6 @@ from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.formats.loader import read_scene
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.mounting import alone, meeting
 from place_rings.objectives.feasibility.ring_envelopes import envelope
@@ -54,6 +53,7 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from ..support import drawing
+from ..support.scene_tables import reread
 
 TABLE = Obstacle("table", centre=(0.5, 0.0, 0.3), size=(0.4, 0.8, 0.05))
 
@@ -400,7 +400,7 @@ def test_a_link_can_have_a_ring_radius_of_its_own(tmp_path):
     scene = read_scene(tmp_path / "scene.toml")
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.09, "forearm": 0.07, "tool": 0.09}
     assert [r.radius for r in ring_layout(scene, 1, 4).rings] == [0.09, 0.07, 0.09]
-    assert SceneModel.from_domain(scene).to_domain().mounts == scene.mounts
+    assert reread(scene).mounts == scene.mounts
     real = replace(scene, occlusion="shadow", ring_radius=None)
     # meant, and not raised as the others are
     assert Space(real, sensors=40).radii["forearm"] == 0.07
@@ -437,7 +437,7 @@ def test_a_real_mount_is_read_back_from_its_file():
         Scene.paper(rules=rules, ring_radius=0.12),
         Scene.paper(),
     ):
-        again = SceneModel.from_domain(scene).to_domain()
+        again = reread(scene)
         assert (again.rules, again.ring_radius) == (
             scene.rules,
             scene.ring_radius,

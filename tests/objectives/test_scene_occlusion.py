@@ -17,7 +17,6 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.targets.named import Shell
 from place_rings.formats.loader import read_scene
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.versions import RobotFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.feasibility.clearance import MountClearance
@@ -30,6 +29,8 @@ from place_rings.objectives.scene import Scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier
 from place_rings.objectives.verify_breakdown import by_occlusion
+
+from ..support.scene_tables import scene_of_table, scene_table, scene_toml
 
 FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 NEAR = Shell(0.5)
@@ -206,13 +207,13 @@ centre = [0, 1, 0]
     assert scene.occlusion == "blind"
     assert [o.name for o in scene.obstacles] == ["table", "floor", "part part 0", "part part 1"]
     assert [o.hulled for o in scene.obstacles] == [False, False, False, True]
-    model = SceneModel.from_domain(scene)
-    (tmp_path / "again.toml").write_text(to_toml(model))
+    model = scene_table(scene)
+    (tmp_path / "again.toml").write_text(scene_toml(scene))
     again = read_scene(tmp_path / "again.toml")
     points = np.random.default_rng(0).uniform(-1, 1, (500, 3))
     for a, b in zip(scene.obstacles, again.obstacles, strict=True):
         assert np.allclose(a.body(points), b.body(points), atol=1e-6)
-    assert SceneModel.from_domain(model.to_domain()) == model
+    assert scene_table(scene_of_table(model)) == model
 
 
 def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_path):
@@ -225,7 +226,7 @@ def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_pat
     path.write_text(cell % ("x" * 100, -60))
     scene = read_scene(path)
     assert [o.name for o in scene.obstacles] == ["x" * 93 + f" part {n}" for n in (0, 1)]
-    assert len(SceneModel.from_domain(scene).obstacles) == 2
+    assert len(scene_table(scene)["obstacles"]) == 2
     path.write_text(cell % ("x", 60))
     with pytest.raises(UserError, match=r"obstacles\[0\].file: part 0 .*far.stl.*100 m"):
         read_scene(path)

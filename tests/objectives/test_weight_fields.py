@@ -21,7 +21,6 @@ from place_rings.coverage.voxels.sample_points import samples_of
 from place_rings.coverage.voxels.weighted_voxels import important
 from place_rings.coverage.weight_field import LEVELS, WeightField, weights_of
 from place_rings.formats.loader import read_scene, read_target
-from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.redundancy import redundancy
@@ -37,6 +36,7 @@ from place_rings.rig.rod.trial_plan import places
 
 from ..strategies.units import GENERATORS, failures
 from ..strategies.volumes import ANYWHERE
+from ..support.scene_tables import reread
 from ..support.searching import search
 
 SETUP = named_setup("n2_16_25")
@@ -255,7 +255,7 @@ def test_there_and_back_through_files(field):
     back = codec.validate_python(codec.dump_python(field, mode="json"))
     assert np.array_equal(back.level, field.level)
     assert (back.outside, back.origin, back.cell) == (field.outside, field.origin, field.cell)
-    scene = SceneModel.from_domain(scene_of(near(field))).to_domain()
+    scene = reread(scene_of(near(field)))
     assert scene.targets[0].target == near(field)
 
 

@@ -298,10 +298,8 @@ def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):
     code, out, _ = run("improve", "mounted.csv", *args, "--out", "better", "--json")
     assert code == 0
     result = ImproveResult.model_validate_json(out)
-    assert (
-        ImproveResult.model_validate_json((tmp_path / "better" / "improve.json").read_text())
-        == result
-    )
+    file = (tmp_path / "better" / "improve.json").read_text()
+    assert ImproveResult.model_validate_json(file).stated() == result.stated()
     assert (tmp_path / "better" / "improve.png").read_bytes().startswith(b"\x89PNG")
     assert 100 * result.zeta[0].zeta == pytest.approx(result.exact_percent, abs=1e-9)
     assert result.steps

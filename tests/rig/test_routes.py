@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.objectives.motion_limits import Motion
 from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
@@ -30,6 +29,7 @@ from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.session.session import Session
 
 from ..support.refusals import refused
+from ..support.scene_tables import reread, scene_of_table
 from .cell import SCENE, SETUP
 
 HOME = SCENE.poses[0].q
@@ -249,7 +249,7 @@ def test_a_robot_moves_by_the_near_stops_of_each_way_and_a_simulated_one_by_the_
 
 @pytest.mark.parametrize("name", [*ROBOTS])
 def test_at_every_built_in_robots_home_only_neighbours_are_near_each_other(name):
-    scene = SceneFile(robot=name).to_domain()
+    scene = scene_of_table({"robot": name})
     home = gaps(scene, np.array([p.q for p in scene.poses]))[0].min(axis=0)
     near, free = home < scene.motion.own, neighbours(scene)
     assert near.any()
@@ -280,7 +280,7 @@ def test_distances_from_the_cell_are_those_of_many_points_of_an_axis(seed):
 
 def test_limits_of_motion_stand_in_a_scene():
     scene = replace(SCENE, motion=Motion(0.5, 1.0, 0.2, 0.05, 0.3, 0.7, 0.4, 12, True, True))
-    back = SceneModel.from_domain(scene).to_domain().motion
+    back = reread(scene).motion
     np.testing.assert_allclose(list(vars(back).values()), list(vars(scene.motion).values()))
 
 
