@@ -11,9 +11,11 @@ from ._errors import input_errors
 from ._options import called_with
 from ._placement import Counted
 from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
+from .coverage.detection.detection import Detection
 from .coverage.rings.ring import Setup
 from .coverage.rings.sensor_records import sensor_records
 from .coverage.voxels.volume_tally import Bracket
+from .objectives.detection_share import detected
 from .objectives.options import VerifyOptions
 from .objectives.scene import Scene
 from .objectives.verified import Verified, lifted
@@ -87,6 +89,8 @@ class Coverage(Counted):
 class VerifyCall(VerifyOptions, SetupCall):
     """A call of ``verify``."""
 
+    detect: Detection | None = field(default=None, kw_only=True)
+    """Count also the expected share in which a test piece is detected in time."""
     progress: Callable[[Any], None] | None = field(default=None, kw_only=True)
     """Receives the index of each pose before the pose is counted; with ``rule`` certified the
     interval after each pass."""
@@ -110,6 +114,9 @@ def verify(call: VerifyCall) -> Coverage:
         >>> pr.verify("n2_16_25", pr.Scene(targets=[pr.Shell(0.5)]), voxel=0.02)
         Coverage of n2_16_25: 80 sensors in 5 rings
           V_S(0.5): 39.89 ± 0.24 %
+        >>> hand = pr.verify("n1_8_0", voxel=0.1, detect=pr.Detection("hand")).each[0].detection
+        >>> 0 < hand.assumed_low <= hand.zeta <= hand.assumed_high < 1
+        True
     """
     name, placed, core = resolve_setup(call.setup, call.scene)
     voxel = call.voxel
@@ -122,6 +129,10 @@ def verify(call: VerifyCall) -> Coverage:
     verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, **calls)
     with input_errors():
         each = tuple(verifier.verify(placed, goal.target) for goal in core.targets)
+        if (question := call.detect) is not None:
+            each = tuple(
+                replace(v, detection=detected(verifier, placed, v.target, question)) for v in each
+            )
     return Coverage(placed, core, each, name, verifier=verifier)
 
 

@@ -1,16 +1,19 @@
 """Zeta of detection: the expected share of a target in which a test piece is detected in time."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.detection.detection import Detection, detectors
+from ..coverage.detection.detection import Detection, bounds, detectors
+from ..coverage.detection.law import Detectors
 from ..coverage.detection.noticed import NEGLIGIBLE, Noticed, noticed
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.sensors.sensor import Sensor
 from ..coverage.targets.target import Target
 from ..coverage.voxels.certified_bounds import bracket
 from ..coverage.voxels.octree_cells import Cells, Region, first_cells
@@ -18,25 +21,37 @@ from ..coverage.voxels.sample_points import points_in_blocks
 from ..coverage.voxels.voxel_bitmask import LEVEL, VOXELS
 from ..coverage.voxels.voxel_set import VoxelSet, centre
 from ..coverage.weight_field import WeightField
+from .detected import Detected, PoseDetected
 from .occlusion import occluders
 from .sampling_error import error_of
 from .scene import Scene
-from .verified import PoseZeta
-from .verify import Verifier
+from .verified import weighted_mean
+from .verify import VOXEL, Verifier
 
+Needs = Callable[[list[Sensor], Detection], Detectors]
+_MEANS = ("zeta", "low", "high", "error", "assumed_low", "assumed_high")
 _CHUNK = 1 << 12  # pairs of a block and a sensor evaluated at once, at 64 points each
 _BITS = np.arange(VOXELS, dtype=np.uint64)[:, None]
 
 
-def noticed_in(scene: Scene, setup: Setup, pose: int, detection: Detection) -> Noticed:
+def noticed_in(
+    scene: Scene, setup: Setup, pose: int, detection: Detection, needs: Needs = detectors
+) -> Noticed:
     """Return where a setup and the cell's sensors detect a test piece at a pose of a scene.
+
+    Args:
+        scene: the scene.
+        setup: the setup.
+        pose: number of the pose.
+        detection: the question.
+        needs: what the sensors need by the law's assumptions, or by others.
 
     Raises:
         ValueError: if no source states a sensor's range in such light.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
     q, placed = scene.poses[pose].q, scene.with_cell(setup)
-    of = detectors([group.sensor for group in placed.groups for _ in range(group.count)], detection)
+    of = needs([group.sensor for group in placed.groups for _ in range(group.count)], detection)
     cones = sensor_cones(scene.robot, placed, q)
     return noticed(cones, occluders(scene, q), scene.occlusion, of, detection)
 
@@ -155,30 +170,75 @@ def _probability(
 
 
 def at_pose(
-    verifier: Verifier, setup: Setup, target: Target, pose: int, detection: Detection
-) -> PoseZeta:
+    verifier: Verifier,
+    setup: Setup,
+    target: Target,
+    pose: int,
+    detection: Detection,
+    needs: Needs = detectors,
+) -> PoseDetected:
     """Return zeta of detection at a pose, by the rule and on the voxels of ``verifier``.
 
-    Under the rule ``certified`` the interval holds the mean of the law over the target.
+    Under the rule ``certified`` the interval holds the mean of the law over the target, by cells of
+    the verifier's voxel or of 0.01 m: its width falls with their side, so a requested width would
+    take far more of them than that of zeta.
 
     Raises:
         ValueError: as ``Verifier.verify``; for the rule ``touch``; in light without a figure.
     """
     scene = verifier.scene
-    law, weight = noticed_in(scene, setup, pose, detection), float(scene.pose_weights[pose])
+    law, weight = noticed_in(scene, setup, pose, detection, needs), float(scene.pose_weights[pose])
+    solid = scene.solid(target, pose)
     if verifier.rule == "certified":
         verifier.at(pose)
-        solid = scene.solid(target, pose)
-        b = bracket(solid, law, verifier.width, verifier.voxel, verifier.tell, target.importance)
+        b = bracket(solid, law, 0.0, verifier.voxel or VOXEL, weights=target.importance)
         # what was left out: a sensor adds at most its own probability
         low, high = b.low, min(b.high + len(law) * NEGLIGIBLE, 1.0)
-        return PoseZeta(weight, (low + high) / 2, low, high, (high - low) / 2, bounds=b)
+        return PoseDetected(weight=weight, zeta=(low + high) / 2, low=low, high=high)
     voxel, count = verifier.point_voxel, ExpectedCount()
     for wanted, region in verifier.pieces(target, pose):
-        start = _start(law, scene.solid(target, pose).bounds(), voxel, region)
+        start = _start(law, solid.bounds(), voxel, region)
         count_expected(law, wanted, verifier.rule, target.importance, start, count)
     error = count.error if verifier.rule == "sampled" else None
-    return PoseZeta(weight, count.zeta, error=error, target_voxels=count.voxels)
+    return PoseDetected(weight=weight, zeta=count.zeta, error=error)
+
+
+def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detection) -> Detected:
+    """Return zeta of detection of a target over the poses of the verifier's scene, with the error
+    of the count or a guaranteed interval and, beside a count, with the ends of what the law's
+    assumptions leave open; raises as ``at_pose``.
+    """
+    start, poses = time.perf_counter(), list[PoseDetected]()
+    for i in range(len(verifier.scene.poses)):
+        pose = at_pose(verifier, setup, target, i, detection)
+        if verifier.rule != "certified":
+            low, high = (
+                at_pose(verifier, setup, target, i, detection, needs).zeta
+                for needs in (_least, _most)
+            )
+            pose = replace(pose, assumed_low=low, assumed_high=high)
+        poses.append(pose)
+    return Detected(
+        question=detection,
+        **{key: _mean(poses, key) for key in _MEANS},
+        cell=(verifier.voxel or VOXEL) if verifier.rule == "certified" else None,
+        poses=tuple(poses),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _least(sensors: list[Sensor], detection: Detection) -> Detectors:
+    return bounds(sensors, detection).low
+
+
+def _most(sensors: list[Sensor], detection: Detection) -> Detectors:
+    return bounds(sensors, detection).high
+
+
+def _mean(poses: list[PoseDetected], key: str) -> Any:
+    """Return the weighted mean of a value at all poses; None where it is not known."""
+    each = [getattr(p, key) for p in poses]
+    return None if None in each else weighted_mean([p.weight for p in poses], each)
 
 
 def _start(law: Noticed, box: Any, voxel: float, region: Region | None) -> Cells:

@@ -18,6 +18,7 @@ from ..coverage.rings.sensor_records import SensorRecord
 from ..coverage.robots.joint_values import joint_keys_of
 from ..coverage.targets.target import Target
 from ..coverage.voxels.volume_tally import Bracket
+from .detected import Detected
 from .feasibility.mounting import Fault
 from .occlusion import Unseeing
 from .reach import Beyond
@@ -247,6 +248,8 @@ class Verified(WithInterval, OfTarget, JsonRecord):
     dark_clothing: Annotated[float, Covered("dark_clothing_percent")] | None = None
     """Coverage with the sensors' range on dark clothing (17 %) at their light; none without figures
     of a sensor, and for an interval."""
+    detection: Detected | None = None
+    """Expected share in which a test piece is detected, if it was asked for."""
     by_part: dict[str, Annotated[float, Covered("by_part_percent")]] = field(default_factory=dict)
     """Coverage by the rings, the single sensors and the sensors of the cell alone, where there are
     several of these."""
