@@ -15,6 +15,7 @@ from .objectives.scene import Scene
 from .objectives.verified import Verified
 from .objectives.verify import Verifier
 from .objectives.verify_breakdown import mean_by_part
+from .reporting.lines.detection import detected_text
 from .reporting.text import coverage_caption, with_error
 
 if TYPE_CHECKING:
@@ -166,6 +167,9 @@ class Counted(Placement):
             interval = f"{100 * v.low:.4f} … {100 * v.high:.4f} %"
             counted = f"{with_error(100 * v.zeta, v.error)} %"
             yield str(v.target), interval if v.rule == "certified" else counted
+            if v.detection is not None:
+                name = v.detection.question.piece.name
+                yield f"{v.target}, {name} detected", f"{detected_text(v.detection)} %"
         for dark in filter(None, self._dark):
             yield f"{dark.target}, dark clothing", f"{100 * dark.zeta:.2f} %"
         if len(self.each) > 1:

@@ -2,6 +2,7 @@
 
 from ...objectives.options import VerifyOptions
 from ..options.common import Json, Subject
+from ..options.detection import NO_DETECTION, DetectionOptions
 from ..options.groups import AS_IT_IS, SubjectOptions
 from ..options.offered import offering
 
@@ -13,9 +14,12 @@ def verify(
     *,
     given: SubjectOptions = AS_IT_IS,
     options: VerifyOptions,
+    detection: DetectionOptions = NO_DETECTION,
     as_json: Json = False,
 ) -> None:
     """Count the coverage of a setup with its error, or compute an interval guaranteed to hold it.
+
+    With --detect also the expected share in which a test piece is detected.
 
     For example:
 
@@ -23,10 +27,12 @@ def verify(
     place-rings verify n2_16_25 --target V_S --radius 0.5
     place-rings verify n2_16_25 --target V_S:0.5 --rule certified --width 1
     place-rings verify n3_16_55 --sensor vl53l1x --ambient 50kcps
+    place-rings verify n2_16_25 --sensor vl53l5cx --target V_S:0.5 --detect hand
     ```
 
     ``place-rings --help`` explains the terms.
     """
     from ..runs.verify import verify as run
 
-    run(given.resolved(subject), options, as_json)
+    question = detection.resolve(given.sensing)
+    run(given.resolved(subject), options, question, as_json)

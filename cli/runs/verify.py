@@ -8,11 +8,13 @@ from place_rings._verify import Coverage
 from place_rings._verify import verify as count
 
 from ...coverage.definitions.definition import json_of
+from ...coverage.detection.detection import Detection
 from ...coverage.voxels.volume_tally import Bracket
 from ...objectives.options import VerifyOptions
 from ...objectives.scene import Scene
 from ...objectives.verified import IntervalProof, Verified
 from ...objectives.verify import VOXEL
+from ...reporting.lines.detection import detection_lines, detection_table
 from ...reporting.lines.occlusion import part_lines, print_sight, record_line, unmounted_lines
 from ...reporting.lines.results import (
     calibration_lines,
@@ -32,10 +34,13 @@ from ...reporting.terminal import Terminal, say_json
 _SHOWN = 16  # largest number of poses of which each is printed
 
 
-def verify(subject: ResolvedSetup, options: VerifyOptions, as_json: bool) -> None:
-    """Print the coverage of a setup for the targets of its scene."""
+def verify(
+    subject: ResolvedSetup, options: VerifyOptions, question: Detection | None, as_json: bool
+) -> None:
+    """Print the coverage of a setup for the targets of its scene and, with a question of detection,
+    its answer."""
     scene, setup, name = subject.scene, subject.setup, subject.name
-    coverage = _counted(subject, options)
+    coverage = _counted(subject, options, question)
     results = list(coverage.records)
     if as_json:
         say_json(json_of(results if len(results) > 1 else results[0]))
@@ -43,6 +48,8 @@ def verify(subject: ResolvedSetup, options: VerifyOptions, as_json: bool) -> Non
     console = Terminal()
     sensors, where = {name: setup.sensors}, f"{_place(scene)}, {_how(options)}"
     for table in coverage_tables(results, sensors, where):
+        console.print(table)
+    if (table := detection_table(results)) is not None:
         console.print(table)
     if options.rule == "sampled":
         console.lines(count_error_line(options.voxel or VOXEL))
@@ -58,6 +65,7 @@ def verify(subject: ResolvedSetup, options: VerifyOptions, as_json: bool) -> Non
     effects = [r.calibration for r in results if r.calibration is not None]
     more = [*calibration_lines(results, effects), *sensor_lines(results[0].sensors)]
     more += record_lines(results)
+    more += detection_lines(results, scene, setup)
     console.lines(record_line(scene), *protective_lines(results, setup), *more)
 
 
@@ -74,7 +82,9 @@ def _proof_line(result: Verified, proof: IntervalProof) -> str:
     )
 
 
-def _counted(subject: ResolvedSetup, options: VerifyOptions) -> Coverage:
+def _counted(
+    subject: ResolvedSetup, options: VerifyOptions, question: Detection | None
+) -> Coverage:
     """Return the coverage and its records; a spinner on stderr shows the progress."""
     poses = len(subject.scene.poses)
     with Terminal(stderr=True).status("counting") as status:
@@ -89,7 +99,7 @@ def _counted(subject: ResolvedSetup, options: VerifyOptions) -> Coverage:
                 status.update(f"counting pose {pose + 1} of {poses}")
 
         progress: Callable[[Any], None] = tell if options.certified else at
-        coverage = count(subject, progress=progress, **vars(options))
+        coverage = count(subject, progress=progress, detect=question, **vars(options))
         coverage.records  # noqa: B018  (counts under the other models of occlusion)
     return coverage
 
