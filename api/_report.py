@@ -125,6 +125,8 @@ def _draw(facts: "Facts", folder: Path) -> None:
     from .reporting.placement_picture import placement_picture
     from .reporting.setup_report.blind_spot_section import blind_name, blind_picture
     from .reporting.setup_report.definition_picture import definition_picture
+    from .reporting.setup_report.detection_section import PICTURE as DETECTION
+    from .reporting.setup_report.detection_section import detection_picture
     from .reporting.setup_report.firing_section import FIRING
     from .reporting.setup_report.mounting_drawing import (
         drawing_name,
@@ -139,6 +141,7 @@ def _draw(facts: "Facts", folder: Path) -> None:
     captions = [result_caption(r) for r in facts.own]
     placement_picture(folder / PICTURE, scene, setup, captions)
     definition_picture(folder / SECTION, scene, setup)
+    detection_picture(folder / DETECTION, scene, setup)
     firing_figure(facts.firing, scene.robot, folder / FIRING)
     for n, blind in enumerate(facts.blind):
         if blind.spots:

@@ -14,10 +14,13 @@ from ..text import with_error
 _SHOWN = 16  # largest number of poses of which each is printed
 
 COLUMNS = ("target", "ζ", "ζ of detection", "by the assumptions")
-LEGEND = (
+MEANING = (
     "ζ of detection: the expected share of the target in which the piece is detected, by a law of"
-    " signal and noise that meets the sensors' stated ranges; it is not measured. by the"
-    " assumptions: what figures that no source states leave open; this is no error of the count."
+    " signal and noise that meets the sensors' stated ranges; it is not measured."
+)
+_LEGEND = (
+    f"{MEANING} by the assumptions: what figures that no source states leave open; this is no error"
+    " of the count."
 )
 
 
@@ -40,14 +43,18 @@ def detected_text(d: Detected | PoseDetected) -> str:
     return with_error(100 * d.zeta, d.error)
 
 
+def open_text(d: Detected) -> str:
+    """Return what the law's assumptions leave open, in percent; a dash beside an interval."""
+    ends = d.assumed_low, d.assumed_high
+    return " … ".join(f"{100 * end:.2f}" for end in ends if end is not None) or "–"
+
+
 def detection_rows(results: Sequence[Verified]) -> list[tuple[str, ...]]:
     """Return the rows of ``COLUMNS`` of the results with a question of detection."""
     rows = list[tuple[str, ...]]()
     for r in results:
         if (d := r.detection) is not None:
-            ends = d.assumed_low, d.assumed_high
-            open_ = " … ".join(f"{100 * end:.2f}" for end in ends if end is not None)
-            rows.append((target_label(r), percent(r, r.rule), detected_text(d), open_ or "–"))
+            rows.append((target_label(r), percent(r, r.rule), detected_text(d), open_text(d)))
     return rows
 
 
@@ -57,7 +64,7 @@ def detection_table(results: Sequence[Verified]) -> Explained | None:
         return None
     question = next(r.detection.question for r in results if r.detection is not None)
     title = f"Detection in percent: {question_text(question)}"
-    return Explained.of(title, COLUMNS, rows, LEGEND, left=COLUMNS[:1])
+    return Explained.of(title, COLUMNS, rows, _LEGEND, left=COLUMNS[:1])
 
 
 def detection_lines(results: Sequence[Verified], scene: Scene, setup: Setup) -> list[str]:

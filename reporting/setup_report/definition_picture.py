@@ -33,7 +33,7 @@ _BELOW, _ABOVE = 1.25, 0.05  # inches of the figure: axis and key below the sect
 _PARALLEL = 0.9995  # least cosine with an axis of a section that is said to lie along it
 
 
-def _along(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " 3"]:
+def main_direction(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " 3"]:
     """Return the horizontal direction in which points spread most; +x if they lie above one
     another."""
     flat = points[:, :2] - points[:, :2].mean(axis=0)
@@ -77,7 +77,7 @@ def definition_picture(path: Path, scene: Scene, setup: Setup) -> None:
     """
     frames = np.asarray(forward(scene.robot.chain, scene.poses[0].q))
     origins = np.vstack([np.zeros(3), frames[:, :3, 3]])
-    along, through = _along(origins), origins.mean(axis=0) * [1, 1, 0]
+    along, through = main_direction(origins), origins.mean(axis=0) * [1, 1, 0]
     through -= (through @ along) * along  # so that the axis counts from the base
     low, high = scene.solid(scene.targets[0].target, 0).a.bounds()
     corners = np.array([(x, y, 0.0) for x in (low[0], high[0]) for y in (low[1], high[1])])
@@ -98,11 +98,11 @@ def definition_picture(path: Path, scene: Scene, setup: Setup) -> None:
     figure = Figure(figsize=(wide, whole), dpi=150, facecolor="white")
     ax = figure.add_axes((0.07, _BELOW / whole, 0.91, tall / whole))
     _paint(ax, u, z, fields)
-    _outline(ax, scene, frames, along, through)
+    draw_robot(ax, scene, frames, np.stack([along, np.eye(3)[2]]), through)
     apexes = sensor_cones(scene.robot, scene.with_cell(setup), scene.poses[0].q).apex - through
     ax.plot(apexes @ along, apexes[:, 2], "o", ms=2.6, mfc="white", mec=INK, mew=0.7, zorder=6)
     ax.set(aspect="equal", xlim=ends[0], ylim=ends[1])
-    ax.set_xlabel(_direction(along, scene), color=GREY, fontsize=9)
+    ax.set_xlabel(direction_label(along, scene), color=GREY, fontsize=9)
     ax.set_ylabel("z, m", color=GREY, fontsize=9)
     ax.tick_params(labelsize=8, colors=GREY)
     ax.spines[["top", "right"]].set_visible(False)
@@ -110,7 +110,7 @@ def definition_picture(path: Path, scene: Scene, setup: Setup) -> None:
     write_png(path, figure)
 
 
-def _direction(along: Float[np.ndarray, " 3"], scene: Scene) -> str:
+def direction_label(along: Float[np.ndarray, " 3"], scene: Scene) -> str:
     """Return the label of the horizontal axis: x or y of the base, or the direction between."""
     frame = frame_text(scene.robot)
     for axis in range(2):
@@ -120,16 +120,16 @@ def _direction(along: Float[np.ndarray, " 3"], scene: Scene) -> str:
     return f"along the arm, m: towards ({x:.2f}, {y:.2f}, 0) in x, y, z of {frame}"
 
 
-def _outline(ax: Any, scene: Scene, frames: Any, along: Any, through: Any) -> None:
-    """Draw the robot's bodies as seen from the side, or the line of its joints if it has none."""
+def draw_robot(ax: Any, scene: Scene, frames: Any, axes: Any, through: Any) -> None:
+    """Draw the robot's bodies on a plane through a point with two axes (2, 3), or the line of its
+    joints if it has none."""
     if not scene.robot.bodies:
-        origins = np.vstack([np.zeros(3), frames[:, :3, 3]]) - through
-        ax.plot(origins @ along, origins[:, 2], "-o", color=_ROBOT, lw=4, ms=8, zorder=4)
+        origins = (np.vstack([np.zeros(3), frames[:, :3, 3]]) - through) @ axes.T
+        ax.plot(*origins.T, "-o", color=_ROBOT, lw=4, ms=8, zorder=4)
         return
     bodies = robot_capsules(scene.robot.enclosed(), frames)
     start, end = (
-        np.stack([(p - through) @ along, p[:, 2]], axis=1)
-        for p in (np.asarray(bodies.start), np.asarray(bodies.end))
+        (p - through) @ axes.T for p in (np.asarray(bodies.start), np.asarray(bodies.end))
     )
     hulls = capsule_outlines(start, end, bodies.radius, [0, 1])
     ax.add_collection(

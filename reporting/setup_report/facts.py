@@ -6,9 +6,12 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from ...coverage.detection.detection import Detection
+from ...coverage.detection.pieces import PIECES
 from ...coverage.rings.ring import Setup
 from ...formats.schema.written_models import RequirementModel
 from ...objectives.blind_spots import Blind, blind_spots
+from ...objectives.detection_share import detected
 from ...objectives.feasibility.mounting import Fault
 from ...objectives.feasibility.violations import faults
 from ...objectives.firing.schedule import FiringSchedule, firing_schedule
@@ -24,6 +27,10 @@ from ..comparison import compared, counted, papers
 from ..progress import ProgressBar
 from ..terminal import Terminal
 
+QUESTIONS = tuple(Detection(PIECES[name]) for name in ("hand", "arm", "torso"))
+"""The questions of detection that a report answers."""
+DETECTION_VOXEL = 0.02
+"""Smallest side of the voxels of a report's counts of detection, m."""
 _SEEN = 3  # largest k for which k-coverage is counted
 _LOOKED = 8  # largest number of poses at which blind spots are computed
 
@@ -72,6 +79,17 @@ class Facts:
         return firing_schedule(
             self.name, self.setup, standing_for(self.scene, MANY), FiringOptions()
         )
+
+    @cached_property
+    def detected(self) -> list[Verified]:
+        """The goals' records with ζ of detection at representative poses, for each of
+        ``QUESTIONS``."""
+        verifier = Verifier(standing_for(self.scene, MANY), max(self.voxel, DETECTION_VOXEL))
+        return [
+            replace(r, detection=detected(verifier, self.setup, r.target, question))
+            for question in QUESTIONS
+            for r in self.own
+        ]
 
     @property
     def own(self) -> list[Verified]:

@@ -14,6 +14,7 @@ from .bill_of_materials import materials
 from .blind_spot_section import blind_sentence, blind_spot_section
 from .cable_section import cable_section
 from .coverage_section import answer, coverage_section, robustness_section, separation_section
+from .detection_section import detection_section
 from .facts import Facts
 from .firing_section import firing_section
 from .mounting_guide import mounting
@@ -177,6 +178,7 @@ def page(
         scene_section(f),
         blind_spot_section(f),
         coverage_section(f),
+        detection_section(f),
         separation_section(f),
         robustness_section(f),
     )
