@@ -135,20 +135,18 @@ def count_expected(
 def _blocks(noticed: Noticed, wanted: VoxelSet, start: Cells, keep: bool) -> Iterator[Cells]:
     """Yield blocks of 4 x 4 x 4 voxels with a wanted one, paired with the sensors that may detect
     the piece in them; blocks without such a sensor only with ``keep``."""
-    stack = [start]
-    while stack:
-        for cells in stack.pop().slices(_CHUNK):
-            cells = cells.only(wanted.count_in(cells.key, 1 << 3 * cells.level) > 0)
-            (cell, part), reach = cells.pairs[0], 3**0.5 / 2 * wanted.voxel * (1 << cells.level)
-            at = centre(cells.numbers, cells.level, wanted.voxel)[cell]
-            matters, _ = noticed.decide(at, cell, part, reach)
-            cells = cells.left(((cell[matters], part[matters]),), cells.mark)
-            if not keep:
-                cells = cells.only(np.bincount(cells.pairs[0][0], minlength=len(cells)) > 0)
-            if len(cells) and cells.level > LEVEL:
-                stack.append(cells.children())
-            elif len(cells):
-                yield cells
+    for cells in start.slices(_CHUNK):
+        cells = cells.only(wanted.count_in(cells.key, 1 << 3 * cells.level) > 0)
+        (cell, part), reach = cells.pairs[0], 3**0.5 / 2 * wanted.voxel * (1 << cells.level)
+        at = centre(cells.numbers, cells.level, wanted.voxel)[cell]
+        matters, _ = noticed.decide(at, cell, part, reach)
+        cells = cells.left(((cell[matters], part[matters]),), cells.mark)
+        if not keep:
+            cells = cells.only(np.bincount(cells.pairs[0][0], minlength=len(cells)) > 0)
+        if len(cells) and cells.level > LEVEL:  # depth first: memory holds one run of each level
+            yield from _blocks(noticed, wanted, cells.children(), keep)
+        elif len(cells):
+            yield cells
 
 
 def _probability(

@@ -33,15 +33,17 @@ from place_rings.formats.loader import how_found, resolve
 from place_rings.formats.ring_frame import frame_length
 from place_rings.formats.schema.written_models import ReportResult
 from place_rings.objectives.blind_spots import Beside, BlindSpot
+from place_rings.objectives.detection_share import detected
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import comparison
+from place_rings.reporting.lines.detection import detected_text, open_text, question_text
 from place_rings.reporting.pages import code, command, escaped, html, table
 from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.blind_spot_section import coarse
 from place_rings.reporting.setup_report.directions import bearing, heading, height, whereabouts
-from place_rings.reporting.setup_report.facts import looked_at, standing_for
+from place_rings.reporting.setup_report.facts import QUESTIONS, looked_at, standing_for
 from place_rings.reporting.setup_report.mounting_guide import seat_list
 from place_rings.reporting.text import with_error
 
@@ -282,7 +284,7 @@ def test_the_report_stands_alone_whatever_its_texts_are(made):
     assert not {"script", "link", "iframe", "object", "a", "base", "form"} & set(tags)
     assert not any(key.startswith("on") for _, a in read.tags for key in a)
     assert any("default-src 'none'" in a.get("content", "") for t, a in read.tags if t == "meta")
-    assert tags.count("img") == 6  # setup, section, blind spots, firing, rings of two links
+    assert tags.count("img") == 7  # setup, section, detection, blind spots, firing, two links
     assert read.text.count(HOSTILE) >= 5
     assert read.text.count(printable(UNPRINTABLE)) >= 4
     assert all(c.isprintable() or c == "\n" for c in read.text)
@@ -314,6 +316,11 @@ def test_the_report_says_what_is_counted(made):
     assert rows["this setup"][1] == "3"
     assert rows["n1_4_0"][1] == str(named_setup("n1_4_0").sensors)
     assert rows["ζ"] == ["ζ", f"{100 * counted.zeta:.2f}"]
+    for question in QUESTIONS:
+        share = detected(Verifier(scene, 0.1), setup, scene.targets[0].target, question)
+        assert 0 < share.assumed_low < share.zeta < share.assumed_high
+        cell = f"{detected_text(share)} ({open_text(share)})"
+        assert rows[question_text(question)][1] == cell
     long = 1000 * scene.robot.mount("forearm").length
     forearm = next(row for row in read.rows if row[1:2] == ["forearm"])
     assert forearm[2:4] == [f"{0.3 * long:.1f}", f"{0.7 * long:.1f}"]
