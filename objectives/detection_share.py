@@ -84,7 +84,7 @@ class ExpectedCount:
         It is computed as that of a covered share (``PointCount.error``): the residual of a voxel is
         its weight times (probability - zeta).
         """
-        squares = self.pairs @ (1.0, -2 * self.zeta, self.zeta**2)
+        squares = float(self.pairs @ (1.0, -2 * self.zeta, self.zeta**2))
         return error_of(max(squares, 0.0), self.largest, self.weight)
 
 

@@ -49,8 +49,8 @@ def verify(
     sensors, where = {name: setup.sensors}, f"{_place(scene)}, {_how(options)}"
     for table in coverage_tables(results, sensors, where):
         console.print(table)
-    if (table := detection_table(results)) is not None:
-        console.print(table)
+    if (shares := detection_table(results)) is not None:
+        console.print(shares)
     if options.rule == "sampled":
         console.lines(count_error_line(options.voxel or VOXEL))
     print_sight(console, results, results[0].unseeing, scene, unmounted_lines(results[:1]))

@@ -167,7 +167,9 @@ class Noticed(Parts):
         matters = self.chances(rows(points, point), sensor, 0.0).matters
         point, sensor = point[matters], sensor[matters]
         open_ = np.zeros(len(point), bool)
-        return self.together(self.chance(points[None, point], sensor, open_), point, len(points))[0]
+        chance = self.chance(points[None, point], sensor, open_)
+        p: np.ndarray = self.together(chance, point, len(points))[0]
+        return p
 
     def decide(self, points: Points, cell: Part, index: Part, reach: float) -> Decision:
         """See ``Parts.decide``: a sensor matters that may detect the piece in the ball; none makes
@@ -238,7 +240,7 @@ def _farthest(
     return _last(bright, len(of.reach))[1]
 
 
-def _last(holds: Callable[[Any], Any], count: int) -> tuple[Any, Any]:
+def _last(holds: Callable[[Any], Any], count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return neighbouring values (count,), at the first of which ``holds`` is true and at the
     second not, for what holds up to a value between the ends."""
     low, high = (np.full(count, end) for end in _ENDS)
