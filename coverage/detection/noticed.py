@@ -101,7 +101,7 @@ class Noticed(Parts):
 
     def _outside(self, points: Points, index: Int[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
         """Return the function of what is in view of sensors at points, m."""
-        outside = np.full(len(index), -np.inf)
+        outside: np.ndarray = np.full(len(index), -np.inf)
         if isinstance(self.seen, OccludedBeams):
             outside = self.seen.unhidden(points, index)
         edged = np.flatnonzero(~self.of.flat[index])
