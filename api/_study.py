@@ -44,7 +44,8 @@ class StudyCall(StudyOptions):
     name: StudyName = field(kw_only=False)
     """``paper`` repeats the measurements of Kumar and Sahin (2019), ``pareto`` searches the front
     of two targets, ``bound`` computes upper bounds on any search's coverage, ``convergence``
-    measures ζ against the voxel, ``gap`` bounds every layout of a number of sensors, ``layouts``
+    measures ζ against the voxel, ``detection`` holds predictions of detection against a twin in
+    MuJoCo, ``gap`` bounds every layout of a number of sensors, ``layouts``
     scores published layouts, and ``robots`` measures the effect of self-occlusion on six robots."""
     folder: str | Path | None = None
     """Output folder; by default ``results/NAME``."""
@@ -63,6 +64,8 @@ class StudyCall(StudyOptions):
         super().__post_init__()
         self.check(self.name)
         self.pair  # noqa: B018  (raises)
+        if self.name == "detection":
+            require("mujoco", "study detection", "mujoco")
         if self.scheduler is not None or self.workers != 1:
             option = "--workers" if self.scheduler is None else "--scheduler"
             require("cluster", option, "dask", "distributed", "cryptography")

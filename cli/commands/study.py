@@ -63,6 +63,7 @@ def study(
     - bound: how far the search can be from the best setup on a grid, from linear and integer
       programmes.
     - convergence: how coverage depends on the size of the voxels, for each way to count them.
+    - detection: predictions of who is noticed, beside a twin in MuJoCo that casts rays.
     - gap: an upper bound on every layout with a number of sensors, beside the best known one.
     - layouts: published layouts of on-robot sensors, scored under the same rules.
     - paper: the measurements of Kumar and Sahin (2019), repeated, beside searched setups.

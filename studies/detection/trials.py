@@ -1,11 +1,10 @@
 """Trials of the twin: test pieces at places, and people on walks."""
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ...coverage.detection.pieces import TestPiece
 from ...simulation.human import Bones
@@ -50,7 +49,7 @@ def person_bodies(bones: Bones) -> list[Body]:
     return [Body("capsule", (r, h)) for r, h in zip(bones.radius, half, strict=True)]
 
 
-def walker(twin: Twin, bones: Bones, moments: Sequence[int]) -> list[Seen]:
+def walker(twin: Twin, bones: Bones, moments: Int[np.ndarray, " M"]) -> list[Seen]:
     """Return what a twin with the person's bodies makes of it at some moments of a walk."""
     results = []
     for t in moments:

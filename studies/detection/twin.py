@@ -1,4 +1,4 @@
-"""A twin of a scene in MuJoCo, which predicts nothing: it casts rays, adds noise and counts reports.
+"""A twin of a scene in MuJoCo: it predicts nothing, but casts rays, adds noise and counts reports.
 
 The twin shares no geometry with the law of detection. Robot, cell and sensors come from the scene's
 own MJCF, and MuJoCo places them and casts the rays. The light that a zone receives is the mean over
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from scipy.special import ndtr
 
 from ...coverage.detection.detection import Detection, detectors
@@ -199,7 +199,7 @@ def facing(eye: _Eye, centre: Float[np.ndarray, " 3"], slim: bool) -> Float[np.n
         centre: centre of the plate, m.
         slim: whether the plate's x is its smaller side.
     """
-    across, up, axis = eye.frame.T
+    across, _, axis = eye.frame.T
     if eye.square:
         return eye.frame
     v = centre - eye.apex

@@ -30,8 +30,12 @@ _SECONDS = {
     "upper bound": 135.0,
     "minimum distance": 2.0,
     "unseen approach": 20.0,
+    "random rings": 0.5,
+    "twin trials": 2.0,
+    "twin walk": 2.0,
 }
 _CALIBRATED = 0.033  # s, processor time of the calibration's count on that machine
+_TWIN = ("best_percent", "any_percent")  # of one of the twin's bodies
 _SURE = 0.05  # share of a study after which its own pace counts
 _CALIBRATION = Cell(
     "zeta",
@@ -107,6 +111,12 @@ def _example(cell: Cell, targets: list[tuple[Any, Any]]) -> Any:
         },
         "minimum distance": {},
         "unseen approach": [],
+        "random rings": rings,
+        "twin trials": {
+            **{body: {"noticed": 0} | dict.fromkeys(_TWIN, 0.0) for body in ("plate", "upright")},
+            **{"predicted_percent": 0.0, "places": 1, "bins": []},
+        },
+        "twin walk": {"predicted_percent": 0.0, "moments": 1, "noticed": 0},
     }[cell.work]
 
 

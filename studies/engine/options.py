@@ -7,7 +7,9 @@ from typing import Annotated, Literal
 from ...coverage.definitions.errors import InputError
 from ...coverage.definitions.options import Options, Seconds, Seed, Whole
 
-StudyName = Literal["bound", "convergence", "gap", "layouts", "paper", "pareto", "robots"]
+StudyName = Literal[
+    "bound", "convergence", "detection", "gap", "layouts", "paper", "pareto", "robots"
+]
 _ADDRESS = re.compile(r"(tcp|tls)://\S+:\d+")
 _ONLY = {"pareto": ("targets", "sensors", "scene", "quick"), "layouts": ("layouts", "time")}
 

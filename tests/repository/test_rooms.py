@@ -171,7 +171,7 @@ def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
     used = set().union(*by_room.values())
     rare = bags | cluster | mujoco | rig
     assert used <= core | rare
-    rooms = {"rig", "formats"}, {"studies"}, {"formats"}, {"rig"}
+    rooms = {"rig", "formats"}, {"studies"}, {"formats", "studies"}, {"rig"}
     for extra, where in zip((bags, cluster, mujoco, rig), rooms, strict=True):
         assert {room for room, dists in by_room.items() if dists & extra} == where
     assert core <= used
