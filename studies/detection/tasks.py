@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -44,8 +43,8 @@ def detection_of(
     piece: str, reflectance: float, seconds: float, at_least: int, ambient: str | None
 ) -> Detection:
     """Return a question of detection from the data of a cell."""
-    of = replace(PIECES[piece], reflectance=reflectance)
-    return Detection(of, ambient=ambient, seconds=seconds, at_least=at_least)
+    of, more = PIECES[piece], {"ambient": ambient, "reflectance": reflectance}
+    return Detection(of, seconds=seconds, at_least=at_least, **more)
 
 
 @lru_cache(maxsize=2)

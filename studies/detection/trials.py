@@ -8,13 +8,13 @@ from jaxtyping import Float, Int
 
 from ...coverage.detection.pieces import TestPiece
 from ...simulation.human import Bones
-from .twin import Body, Seen, Twin, facing
+from .twin import Seen, Twin, TwinBody, facing
 
 PLATE, UPRIGHT = 0, 1
 _THIN = 5e-4  # m, half the thickness of a plate
 
 
-class Trial(NamedTuple):
+class PieceSeen(NamedTuple):
     """What the twin makes of a test piece at a place."""
 
     plate: Seen
@@ -23,13 +23,15 @@ class Trial(NamedTuple):
     """One upright cylinder for all sensors."""
 
 
-def piece_bodies(piece: TestPiece) -> tuple[Body, Body]:
+def piece_bodies(piece: TestPiece) -> tuple[TwinBody, TwinBody]:
     """Return the two bodies that stand for a test piece."""
     width, height = piece.width_m / 2, piece.height_m / 2
-    return Body("box", (width, height, _THIN), PLATE), Body("cylinder", (width, height), UPRIGHT)
+    return TwinBody("box", (width, height, _THIN), PLATE), TwinBody(
+        "cylinder", (width, height), UPRIGHT
+    )
 
 
-def trial(twin: Twin, piece: TestPiece, centre: Float[np.ndarray, " 3"]) -> Trial:
+def trial(twin: Twin, piece: TestPiece, centre: Float[np.ndarray, " 3"]) -> PieceSeen:
     """Return what a twin with the piece's bodies makes of it at a place, m."""
     near = twin.near(centre, math.hypot(piece.width_m, piece.height_m) / 2)
     plates = []
@@ -40,13 +42,13 @@ def trial(twin: Twin, piece: TestPiece, centre: Float[np.ndarray, " 3"]) -> Tria
         plates.append((k, twin.light(k, PLATE)))
     twin.put(UPRIGHT, centre, np.eye(3))
     twin.place()
-    return Trial(twin.seen(plates), twin.seen([(k, twin.light(k, UPRIGHT)) for k in near]))
+    return PieceSeen(twin.seen(plates), twin.seen([(k, twin.light(k, UPRIGHT)) for k in near]))
 
 
-def person_bodies(bones: Bones) -> list[Body]:
+def person_bodies(bones: Bones) -> list[TwinBody]:
     """Return a capsule for each segment of a person."""
     half = np.linalg.norm(bones.end[0] - bones.start[0], axis=1) / 2
-    return [Body("capsule", (r, h)) for r, h in zip(bones.radius, half, strict=True)]
+    return [TwinBody("capsule", (r, h)) for r, h in zip(bones.radius, half, strict=True)]
 
 
 def walker(twin: Twin, bones: Bones, moments: Int[np.ndarray, " M"]) -> list[Seen]:

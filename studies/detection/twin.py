@@ -31,7 +31,7 @@ _FAINT = 0.05  # signal in standard deviations up to which a piece cannot be not
 _AWAY = (0.0, 0.0, 1e3)  # m, where bodies are that are not in use
 
 
-class Body(NamedTuple):
+class TwinBody(NamedTuple):
     """A body of the twin that stands for a test piece, or for a part of a person."""
 
     kind: Kind
@@ -78,7 +78,7 @@ class Twin:
     scene: Scene
     setup: Setup
     detection: Detection
-    bodies: Sequence[Body]
+    bodies: Sequence[TwinBody]
     seed: int = 0
     model: Any = field(init=False)
     data: Any = field(init=False)
@@ -91,7 +91,9 @@ class Twin:
         self._rng = np.random.default_rng(self.seed)
         placed = PlacedSetup(self.scene, self.setup, 0, Path())
         units = [s.unit for s in placed.sensors]
-        self._needs = detectors(units, self.detection)
+        self._needs = needs = detectors(units, self.detection)
+        # both ends of the bounds are equal here
+        self._threshold, self._quantile = needs.threshold[:, 0], needs.quantile[:, 0]
         self.model = _world(mjcf(placed)["scene.xml"].decode(), self.bodies)
         self.data = mujoco.MjData(self.model)
         mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
@@ -164,7 +166,7 @@ class Twin:
             v = centre - eye.apex
             away = float(np.linalg.norm(v))
             most = (needs.reach[k] / max(away - radius, 1e-9)) ** 2
-            if most * (needs.threshold[k] + needs.quantile[k]) < _FAINT:
+            if most * (self._threshold[k] + self._quantile[k]) < _FAINT:
                 continue
             wide = np.arccos(np.clip(eye.rays.direction[:, 2].min(), -1, 1))
             angle = np.arccos(np.clip(v @ eye.frame[:, 2] / max(away, 1e-9), -1, 1))
@@ -179,8 +181,8 @@ class Twin:
         """
         noticed, best, several = 0, list[float](), list[float]()
         for k, light in lights:
-            b, frames = self._needs.threshold[k], int(self._needs.frames[k])
-            signal = light[light > 0] * (b + self._needs.quantile[k])
+            b, frames = self._threshold[k], int(self._needs.frames[k])
+            signal = light[light > 0] * (b + self._quantile[k])
             noise = self._rng.standard_normal((frames, len(signal)))
             noticed += bool(((noise + signal > b) & (noise <= b)).any())
             missed = 1 - (ndtr(b) - ndtr(b - signal))
@@ -217,7 +219,7 @@ def _tail(chances: Sequence[float], k: int) -> float:
     return float(count[k:].sum())
 
 
-def _world(xml: str, bodies: Sequence[Body]) -> Any:
+def _world(xml: str, bodies: Sequence[TwinBody]) -> Any:
     """Return the model of a scene's MJCF with bodies that can be moved."""
     import mujoco
 
