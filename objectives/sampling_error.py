@@ -77,7 +77,8 @@ class PointCount:
         5A.12). A voxel has one neighbour along each of three axes, so a third of the sum over all
         pairs estimates the variance of the summed residuals from above, for independent points.
         """
-        return error_of(self.pairs @ (1.0, -2 * self.zeta, self.zeta**2), self.largest, self.weight)
+        of_pairs = float(self.pairs @ (1.0, -2 * self.zeta, self.zeta**2))
+        return error_of(of_pairs, self.largest, self.weight)
 
 
 def error_of(of_pairs: float, largest: float, weight: float) -> float:

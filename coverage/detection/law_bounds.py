@@ -40,7 +40,8 @@ def fill_bounds(at: FromPose, of: Detectors, piece: Extent, reach: Numbers) -> t
     plane or a cone through the apex, is 1-Lipschitz, too.
     """
     near, far = np.maximum(at.along - reach, NIL), np.maximum(at.along + reach, NIL)
-    low, high = 1.0, np.where(at.along > -reach, 1.0, 0.0)
+    high: np.ndarray = np.where(at.along > -reach, 1.0, 0.0)
+    low: np.ndarray = np.ones_like(high)
     for place, size, edge, zones in sides(at, of, piece):
         left, right = place - reach, place + reach
         left, right = left / np.where(left > 0, far, near), right / np.where(right > 0, near, far)

@@ -132,7 +132,7 @@ class Noticed(Parts):
         bright = s > self.faint[index]
         hidden = np.nonzero(bright & ~in_view)
         s[hidden] *= view(self._outside(points[hidden], index[hidden[1]]), self._half)
-        p = np.zeros_like(s)
+        p: np.ndarray = np.zeros_like(s)
         p[bright] = self._chance(s[bright], index[np.nonzero(bright)[1]])
         return p
 

@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from ...coverage.definitions.definition import definition
+from ...coverage.definitions.records import FileRecord
 
 _Line = Annotated[str, Field(max_length=1000)]
 
@@ -20,7 +21,7 @@ class ElementStatement:
 
 
 @definition(kw_only=True)
-class Statements:
+class Statements(FileRecord):
     """A user's statements for the dossier (TOML). A field without one is printed as open."""
 
     cell: _Line = ""

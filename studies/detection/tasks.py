@@ -43,8 +43,9 @@ def detection_of(
     piece: str, reflectance: float, seconds: float, at_least: int, ambient: str | None
 ) -> Detection:
     """Return a question of detection from the data of a cell."""
-    of, more = PIECES[piece], {"ambient": ambient, "reflectance": reflectance}
-    return Detection(of, seconds=seconds, at_least=at_least, **more)
+    return Detection(
+        PIECES[piece], ambient=ambient, seconds=seconds, at_least=at_least, reflectance=reflectance
+    )
 
 
 @lru_cache(maxsize=2)
@@ -83,7 +84,8 @@ def trials(
     law = noticed_in(where, rings, 0, detection).at(points)
     bodies = {"plate": [t.plate for t in seen], "upright": [t.upright for t in seen]}
     bin_of = np.minimum((law * BINS).astype(int), BINS - 1)
-    each = [np.ones(places), law, *([s.noticed for s in results] for results in bodies.values())]
+    each = [np.ones(places), law]
+    each += [np.array([s.noticed for s in results]) for results in bodies.values()]
     bins = [np.bincount(bin_of, values, BINS).round(6).tolist() for values in each]
     return {
         "predicted_percent": 100 * predicted.zeta,
