@@ -16,8 +16,10 @@ from .coverage.rings.ring import Setup
 from .coverage.rings.sensor_records import sensor_records
 from .coverage.voxels.volume_tally import Bracket
 from .objectives.detection_share import detected
+from .objectives.object_bounds import SmallestObject
 from .objectives.options import VerifyOptions
 from .objectives.scene import Scene
+from .objectives.smallest_object import smallest_object
 from .objectives.verified import Verified, lifted
 from .objectives.verify import VOXEL, Verifier
 from .objectives.verify_breakdown import calibration_effect
@@ -35,6 +37,8 @@ class Coverage(Counted):
     """One record for each target, with its poses."""
     name: str = "setup"
     """Name of the setup as the caller gave it."""
+    objects: tuple[SmallestObject | None, ...] = ()
+    """The largest unseen objects of each target; None where they were not asked for."""
     verifier: Verifier = field(kw_only=True, compare=False)
     """The counter."""
 
@@ -73,8 +77,10 @@ class Coverage(Counted):
         effects = calibration_effect(self.verifier, self.setup)
         sensors, moved = sensor_records(self.setup), lifted(self.setup)
         return tuple(
-            replace(record, sensors=sensors, lifted=moved, calibration=effect)
-            for record, effect in zip_longest(records, effects)
+            replace(
+                record, sensors=sensors, lifted=moved, calibration=effect, smallest_object=largest
+            )
+            for record, effect, largest in zip_longest(records, effects, self.objects)
         )
 
     def __float__(self) -> float:
@@ -133,7 +139,14 @@ def verify(call: VerifyCall) -> Coverage:
             each = tuple(
                 replace(v, detection=detected(verifier, placed, v.target, question)) for v in each
             )
-    return Coverage(placed, core, each, name, verifier=verifier)
+        side, at = voxel or VOXEL, verifier.at
+        objects = tuple(
+            smallest_object(core, placed, goal, side, call.rod_length, at)
+            if call.smallest_object or goal.largest_gap is not None
+            else None
+            for goal in core.targets
+        )
+    return Coverage(placed, core, each, name, objects, verifier=verifier)
 
 
 def certify(

@@ -20,6 +20,7 @@ from ..coverage.targets.target import Target
 from ..coverage.voxels.volume_tally import Bracket
 from .detected import Detected
 from .feasibility.mounting import Fault
+from .object_bounds import SmallestObject
 from .occlusion import Unseeing
 from .reach import Beyond
 from .scene import Scene
@@ -269,6 +270,8 @@ class Verified(WithInterval, OfTarget, JsonRecord):
     """Catalogue sensors of the setup."""
     separation: Separations | None = None
     """Separation distances of V_P."""
+    smallest_object: SmallestObject | None = None
+    """Largest unseen objects; none unless they were asked for or the target limits them."""
     seconds: Annotated[float, Field(ge=0)]
     """Duration of the count, s."""
 

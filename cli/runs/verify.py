@@ -18,6 +18,7 @@ from ...reporting.lines.detection import detection_lines, detection_table
 from ...reporting.lines.occlusion import part_lines, print_sight, record_line, unmounted_lines
 from ...reporting.lines.results import (
     calibration_lines,
+    object_lines,
     protective_lines,
     record_lines,
     sensor_lines,
@@ -64,7 +65,7 @@ def verify(
         console.lines(worst_line(r))
     effects = [r.calibration for r in results if r.calibration is not None]
     more = [*calibration_lines(results, effects), *sensor_lines(results[0].sensors)]
-    more += record_lines(results)
+    more += [*record_lines(results), *object_lines(results)]
     more += detection_lines(results, scene, setup)
     console.lines(record_line(scene), *protective_lines(results, setup), *more)
 

@@ -242,7 +242,16 @@ class _InFiles:
 
 
 _TERMS = fields(TargetTerms)
-_ORDER = ("volume", "importance", "reachable", "name", "radius", "weight", "at_least")
+_ORDER = (
+    "volume",
+    "importance",
+    "reachable",
+    "name",
+    "radius",
+    "weight",
+    "at_least",
+    "largest_gap_mm",
+)
 TargetInFiles = Annotated[Target, _InFiles()]
 
 

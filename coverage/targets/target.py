@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field
 
 from ..definitions.definition import Fault, definition, fault, refuse
 from ..definitions.field_types import Text
-from ..definitions.units import Key
+from ..definitions.units import Key, Millimetres
 from ..solids.base import Solid
 from ..weight_field import WeightField
 from .posed_robot import PosedRobot
@@ -46,6 +46,9 @@ class TargetTerms:
     """Relative weight in the mean over the targets; 0: only its minimum coverage counts."""
     at_least_percent: Annotated[float, Key("at_least", ge=0, le=100)] = 0.0
     """Minimum coverage that a search must keep, percent."""
+    largest_gap: Annotated[float, Millimetres("largest_gap_mm", gt=0, le=10_000)] | None = None
+    """Largest allowed diameter of a sphere in the target that no sensor sees, m; ``verify`` and
+    ``report`` decide it, a search does not look at it."""
 
 
 @definition(kw_only=True)
@@ -111,10 +114,11 @@ class Target(TargetTerms, ABC):
 
     @cached_property
     def target(self) -> Self:
-        """The target without its weight and minimum coverage, which records and caches identify."""
-        if self.weight == 1.0 and self.at_least_percent == 0.0:
+        """The target without its weight, minimum coverage and largest gap, which records and caches
+        identify."""
+        if self.weight == 1.0 and self.at_least_percent == 0.0 and self.largest_gap is None:
             return self
-        return replace(self, weight=1.0, at_least_percent=0.0)
+        return replace(self, weight=1.0, at_least_percent=0.0, largest_gap=None)
 
     @abstractmethod
     def solid(self, place: PosedRobot) -> Solid:

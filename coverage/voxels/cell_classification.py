@@ -3,12 +3,13 @@ or outside.
 """
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ..arrays import rows
 from ..solids.base import VALUES, Solid, fold, leaves
-from .octree_cells import Pairs
+from .octree_cells import Cells, Pairs
 
+IN_TARGET, SEEN = 1, 2  # bits of a cell's mark: it lies wholly inside the target, or what is seen
 SLACK = 1e-9  # rounding error of an implicit function, relative to the scale of its solid
 
 
@@ -56,3 +57,39 @@ def verdicts(
         states.append(state)
         left.append((cell[matters], index[matters]))
     return fold(solid, states, VALUES), tuple(left)
+
+
+def target_verdicts(
+    target: Solid,
+    seen: Solid,
+    cells: Cells,
+    points: Float[np.ndarray, "M 3"],
+    reach: float,
+) -> tuple[Int[np.ndarray, " M"], Int[np.ndarray, " M"], Cells]:
+    """Classify a ball of radius ``reach`` m about a point of each cell in a target and in what is
+    seen.
+
+    Args:
+        target, seen: the solids; the pairs of ``cells`` are those of the leaves of both, in order.
+        cells: the cells, marked by the solid inside which they lie.
+        points: a point of each cell, m.
+        reach: m.
+
+    Returns:
+        The verdicts on both solids, as of ``verdicts``, and the cells with new marks and with the
+            pairs that still matter.
+    """
+    unions = len(leaves(target))
+    t, pairs_t = verdicts(target, points, cells.pairs[:unions], reach)
+    v, pairs_v = verdicts(seen, points, cells.pairs[unions:], reach)
+    t = np.where(cells.mark & IN_TARGET, -1, t)
+    v = np.where(cells.mark & SEEN, -1, v)
+    mark = (np.where(t < 0, IN_TARGET, 0) | np.where(v < 0, SEEN, 0)).astype(np.int8)
+    pairs = (*(_unless(t < 0, p) for p in pairs_t), *(_unless(v < 0, p) for p in pairs_v))
+    return t, v, cells.left(pairs, mark)
+
+
+def _unless(known: Bool[np.ndarray, " M"], pairs: Pairs) -> Pairs:
+    """Return the pairs of the cells that are not ``known``."""
+    keep = ~known[pairs[0]]
+    return pairs[0][keep], pairs[1][keep]

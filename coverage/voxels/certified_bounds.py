@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float
 
 from ..arrays import rows
 from ..processors import processors
@@ -23,12 +23,11 @@ from ..solids.base import LOGIC, CubePairs, Solid, fold, leaves
 from ..solids.volume_fraction import VolumeFraction
 from ..weight_field import WeightField
 from .allocation import keep_freed_memory
-from .cell_classification import SLACK, scale, verdicts
+from .cell_classification import IN_TARGET, SEEN, SLACK, scale, target_verdicts
 from .octree_cells import Cells, first_cells
 from .volume_tally import LEVELS, Bracket, VolumeTally
 from .voxel_set import centre
 
-_IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark
 # pairs of cell and part processed at once: enough that arithmetic outweighs calls, about 100 MB
 _PAIRS = 1 << 17
 # minimum and maximum number of work shares for the first cells; the same on all machines,
@@ -78,24 +77,21 @@ class _Pass:
             for cells in stack.pop().slices(_PAIRS):
                 if self.stop.is_set():
                     raise StoppedError
-                rest = self._decide(cells, unions, tally)
+                rest = self._decide(cells, tally)
                 if len(rest):
                     rest = self._settle(rest, unions, tally)
                 if len(rest):
                     stack.append(rest.children())
         return tally
 
-    def _decide(self, cells: Cells, unions: int, tally: VolumeTally) -> Cells:
+    def _decide(self, cells: Cells, tally: VolumeTally) -> Cells:
         """Settle the cells wholly inside or outside both solids, and return the others.
 
         The marks of the returned cells record in which solid they lie.
         """
         points = centre(cells.numbers, cells.level, self.unit)
         reach = math.sqrt(3) / 2 * self.unit * (1 << cells.level) + self.slack
-        t, pairs_t = verdicts(self.target, points, cells.pairs[:unions], reach)
-        v, pairs_v = verdicts(self.seen, points, cells.pairs[unions:], reach)
-        t = np.where(cells.mark & _IN_TARGET, -1, t)
-        v = np.where(cells.mark & _SEEN, -1, v)
+        t, v, marked = target_verdicts(self.target, self.seen, cells, points, reach)
         done, side = (t < 0) & (v != 0), self.unit * (1 << cells.level)
         if self.weights is None:
             mean = VolumeFraction(np.ones(done.sum()), np.ones(done.sum()))
@@ -110,9 +106,7 @@ class _Pass:
             side**3,
             cells.level,
         )
-        mark = (np.where(t < 0, _IN_TARGET, 0) | np.where(v < 0, _SEEN, 0)).astype(np.int8)
-        pairs = (*(_unless(t < 0, p) for p in pairs_t), *(_unless(v < 0, p) for p in pairs_v))
-        return cells.left(pairs, mark).only((t <= 0) & ~done)
+        return marked.only((t <= 0) & ~done)
 
     def _settle(self, cells: Cells, unions: int, tally: VolumeTally) -> Cells:
         """Settle the cells whose shares are known well enough; return the cells to be split."""
@@ -122,9 +116,9 @@ class _Pass:
             return cells
         points = centre(cells.numbers, cells.level, self.unit)
         t = self._shares(
-            self.target, points, cells.pairs[:unions], side, (cells.mark & _IN_TARGET) > 0
+            self.target, points, cells.pairs[:unions], side, (cells.mark & IN_TARGET) > 0
         )
-        v = self._shares(self.seen, points, cells.pairs[unions:], side, (cells.mark & _SEEN) > 0)
+        v = self._shares(self.seen, points, cells.pairs[unions:], side, (cells.mark & SEEN) > 0)
         covered, uncovered = t & v, t & -v
         if self.weights is not None:
             weight = self.weights.in_cubes(points, side, self.slack)
@@ -154,14 +148,6 @@ class _Pass:
             unions.append(union)
         share = fold(solid, unions, LOGIC)
         return VolumeFraction(np.where(inside, 1.0, share.low), np.where(inside, 1.0, share.high))
-
-
-def _unless(
-    known: Bool[np.ndarray, " M"], pairs: tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]
-) -> tuple[Int[np.ndarray, " Q"], Int[np.ndarray, " Q"]]:
-    """Return the pairs of the cells that are not ``known``."""
-    keep = ~known[pairs[0]]
-    return pairs[0][keep], pairs[1][keep]
 
 
 def _run(work: _Pass, start: Cells, cells: int) -> VolumeTally:

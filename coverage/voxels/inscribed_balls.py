@@ -9,7 +9,7 @@ an axis.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from .voxel_set import OFFSET, VoxelSet, decode, ranges
 
@@ -56,6 +56,20 @@ def _level(voxels: VoxelSet) -> int:
     return level
 
 
+def distances(inside: Bool[np.ndarray, "X Y Z"], flat: bool = False) -> Float[np.ndarray, "X Y Z"]:
+    """Return the distance of each voxel's centre from the nearest centre outside a set, in sides.
+
+    Args:
+        inside: whether each voxel of a grid belongs to the set.
+        flat: measure horizontally, in the voxel's own layer, which then must have one outside.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    layer = float(sum(inside.shape)) if flat else 1.0  # farther than any voxel of the same layer
+    field: np.ndarray = distance_transform_edt(inside, sampling=(1.0, 1.0, layer))
+    return field
+
+
 def largest_balls(voxels: VoxelSet, most: int, least: float) -> list[InscribedBall]:
     """Return disjoint balls inside a set of voxels, each the largest beside those before it.
 
@@ -72,8 +86,6 @@ def largest_balls(voxels: VoxelSet, most: int, least: float) -> list[InscribedBa
     """
     if not len(voxels):
         return []
-    from scipy.ndimage import distance_transform_edt
-
     level = _level(voxels)
     numbers, side = coarser(voxels, level, 1.0), voxels.voxel * (1 << level)
     if not len(numbers):
@@ -81,8 +93,7 @@ def largest_balls(voxels: VoxelSet, most: int, least: float) -> list[InscribedBa
     place = numbers - numbers.min(axis=0) + 1  # in a grid with a rim of empty cells
     grid = np.zeros(place.max(axis=0) + 2, bool)
     grid[tuple(place.T)] = True
-    field: np.ndarray = distance_transform_edt(grid)
-    room = side * (field[tuple(place.T)] - 0.5)  # (N,), m
+    room = side * (distances(grid)[tuple(place.T)] - 0.5)  # (N,), m
     inner = room >= least
     centres, room = (numbers[inner] + 0.5) * side, room[inner]
     balls = list[InscribedBall]()

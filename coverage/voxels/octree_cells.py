@@ -1,6 +1,6 @@
 """Undecided cells of an octree, and the parts that still matter to each."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -75,6 +75,24 @@ class Cells:
         key = (self.key[:, None] + np.arange(8) * (1 << 3 * (self.level - 1))).reshape(-1)
         pairs = tuple(_pass_on(cell, part, len(self)) for cell, part in self.pairs)
         return Cells(self.level - 1, numbers, key, np.repeat(self.mark, 8), pairs)
+
+
+def joined(some: Sequence[Cells]) -> Cells:
+    """Return the cells of several sets of one level as one set, in their order."""
+    first = np.cumsum([0, *(len(cells) for cells in some)])
+    each = zip(*(cells.pairs for cells in some), strict=True)
+    pairs = tuple(
+        (
+            np.concatenate([cell + start for (cell, _), start in zip(of, first, strict=False)]),
+            np.concatenate([part for _, part in of]),
+        )
+        for of in each
+    )
+    numbers, key, mark = (
+        np.concatenate([getattr(cells, name) for cells in some])
+        for name in ("numbers", "key", "mark")
+    )
+    return Cells(some[0].level, numbers, key, mark, pairs)
 
 
 def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:

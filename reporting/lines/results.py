@@ -1,10 +1,12 @@
 """Lines about results: calibration, gap, worst pose, reach, ranges of sensors, and V_P."""
 
+import math
 from collections.abc import Sequence
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.sensor_records import SensorRecord, title
 from ...coverage.robots.joint_values import assignments
+from ...objectives.object_bounds import ObjectBounds, SmallestObject
 from ...objectives.reach import Beyond, beyond_sensors
 from ...objectives.scene import Scene
 from ...objectives.separation_summary import Separations
@@ -92,6 +94,44 @@ def record_lines(results: Sequence[Verified]) -> list[str]:
                 f" part {100 * r.people.zeta:.2f} % is covered."
             )
     return lines
+
+
+def object_lines(results: Sequence[Verified]) -> list[str]:
+    """Return lines about the largest unseen objects of the results, if they are known."""
+    lines = []
+    for r in results:
+        if (o := r.smallest_object) is None:
+            continue
+        rod = f"vertical rod of {o.rod_length:g} m"
+        lines += [
+            f"{target_label(r)}, unseen: {bounds_text('sphere', o.sphere)};"
+            f" {bounds_text(rod, o.rod)}. Point density: {o.zones_per_m3:.0f} zones per m³."
+        ]
+        if o.largest_gap is not None:
+            lines.append(f"{target_label(r)}: {gap_verdict(o)}.")
+    return lines
+
+
+def bounds_text(shape: str, bounds: ObjectBounds) -> str:
+    """Return the bounds of the largest unseen object in words, rounded outward to tenths of mm."""
+    low, high = math.floor(1e4 * bounds.low) / 10, math.ceil(1e4 * bounds.high) / 10
+    if bounds.centre is None:
+        return f"no {shape} of more than ⌀ {high:.1f} mm"
+    place = ", ".join(f"{x:.3f}" for x in bounds.centre)
+    return (
+        f"the largest {shape} has ⌀ {low:.1f} to {high:.1f} mm (at {place} m, pose {bounds.pose})"
+    )
+
+
+def gap_verdict(objects: SmallestObject) -> str:
+    """Return whether the largest allowed gap is kept."""
+    limit = f"no unseen sphere may have more than ⌀ {1000 * (objects.largest_gap or 0):g} mm"
+    verdicts = {
+        "pass": "kept, proved",
+        "fail": "violated, see the place above",
+        "not known": "not decided, the bounds contain it",
+    }
+    return f"{limit}: {verdicts[objects.verdict or 'not known']}"
 
 
 def _beyond(name: str, beyond: Beyond) -> list[str]:
