@@ -23,7 +23,7 @@ from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.solids.base import Difference
 from ..coverage.targets.target import Target
 from ..coverage.voxels.largest_object import BALL, ObjectShape, largest_object
-from ..coverage.voxels.unseen_cells import Grid, UnseenSpace
+from ..coverage.voxels.unseen_cells import CellGrid, UnseenSpace
 from .object_bounds import ObjectBounds, SmallestObject, verdict_of
 from .occlusion import sight
 from .scene import Scene
@@ -40,7 +40,7 @@ class PosedSpace:
     """The unseen space of a target at a pose."""
 
     space: UnseenSpace
-    grid: Grid
+    grid: CellGrid
     """Its cells of one level."""
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .inscribed_balls import distances
-from .unseen_cells import AT_CENTRE, BLOCKED, FREE, Grid, OpenCells, UnseenSpace, halves
+from .unseen_cells import AT_CENTRE, BLOCKED, FREE, CellGrid, OpenCells, UnseenSpace, halves
 from .voxel_set import centre
 
 _RELATIVE = 0.04  # of the lower bound: a difference of the bounds that is always small enough
@@ -100,7 +100,7 @@ class LargestObject:
     """Side of the smallest cells, m."""
 
 
-def room(grid: Grid, shape: ObjectShape) -> Float[np.ndarray, "2 X Y Z"]:
+def room(grid: CellGrid, shape: ObjectShape) -> Float[np.ndarray, "2 X Y Z"]:
     """Return a lower bound of r at the centre of each cell of a grid, and an upper bound for all
     places in the cell, m; both are 0 in a blocked cell."""
     side, half = grid.side, shape.half_diagonal * grid.side
@@ -111,7 +111,7 @@ def room(grid: Grid, shape: ObjectShape) -> Float[np.ndarray, "2 X Y Z"]:
 
 def largest_object(
     space: UnseenSpace,
-    grid: Grid,
+    grid: CellGrid,
     shape: ObjectShape,
     width: float,
     limit: float | None = None,
@@ -158,7 +158,7 @@ class _Search:
     """The open cells that may limit r there."""
 
     @staticmethod
-    def of(space: UnseenSpace, grid: Grid, shape: ObjectShape) -> "_Search":
+    def of(space: UnseenSpace, grid: CellGrid, shape: ObjectShape) -> "_Search":
         """Return the search at the level of a grid."""
         low, high = room(grid, shape)
         at = np.unravel_index(int(np.argmax(low)), low.shape)

@@ -41,7 +41,7 @@ class OpenCells:
 
 
 @dataclass(frozen=True)
-class Grid:
+class CellGrid:
     """States of all cells of one level in the box of a target, with a rim of blocked cells."""
 
     state: Int[np.ndarray, "X Y Z"]
@@ -111,7 +111,7 @@ class UnseenSpace:
         cells = Cells(level, numbers, encode(numbers << level), mark, pairs)
         return np.concatenate([self.settle(part)[0] == FREE for part in cells.slices(_PAIRS)])
 
-    def grid(self, level: int) -> Grid:
+    def grid(self, level: int) -> CellGrid:
         """Return the states of all cells of a level."""
         unions = [*leaves(self.target), *leaves(self.seen)]
         cells = first_cells(unions, self.target.bounds(), self.unit, 0, level)
@@ -126,7 +126,7 @@ class UnseenSpace:
             open_ = joined(rest)
             if open_.level == level:
                 at_centre = state[tuple((open_.numbers - first).T)] == AT_CENTRE
-                return Grid(state, first, self.unit * (1 << level), OpenCells(open_, at_centre))
+                return CellGrid(state, first, self.unit * (1 << level), OpenCells(open_, at_centre))
             cells, first = open_.children(), 2 * first + 1  # the rim stays as thick as a cell
             for axis in range(3):
                 state = state.repeat(2, axis=axis)
