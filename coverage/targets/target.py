@@ -47,8 +47,8 @@ class TargetTerms:
     at_least_percent: Annotated[float, Key("at_least", ge=0, le=100)] = 0.0
     """Minimum coverage that a search must keep, percent."""
     largest_gap: Annotated[float, Millimetres("largest_gap_mm", gt=0, le=10_000)] | None = None
-    """Largest allowed diameter of a sphere in the target that no sensor sees, m; ``verify`` and
-    ``report`` decide it, a search does not look at it."""
+    """Largest allowed diameter of a sphere in the target that no sensor sees, m; ``verify``
+    decides it, a search does not look at it."""
 
 
 @definition(kw_only=True)

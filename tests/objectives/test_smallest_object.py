@@ -129,6 +129,7 @@ def test_where_all_is_seen_no_object_is_left():
     assert (b.low, b.high, b.centre) == (0.0, 0.0, None)
 
 
+@pytest.mark.slow
 def test_more_sensors_and_longer_ranges_leave_no_larger_object():
     rng = np.random.default_rng(5)
     cones, target = drawn_cones(rng, 6), sphere(np.zeros(3), 0.25)
