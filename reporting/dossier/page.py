@@ -86,7 +86,7 @@ def _inputs(d: Dossier) -> Iterator[str]:
 def _value(one: Input) -> str:
     if one.value is None:
         return escaped(one.text) or "**open**"
-    return f"{one.value:.4g} {one.unit}"
+    return f"{one.value:.4g}\u00a0{one.unit}"
 
 
 def _state(state: State) -> str:
