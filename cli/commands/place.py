@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from ...coverage.definitions.errors import UserError
 from ...placement.search.options import SearchOptions
 from ..options.common import FAILURES, Floors, Json
-from ..options.detection import DetectOption, detection_of
+from ..options.detection import NO_DETECTION, DetectionOptions
 from ..options.groups import (
     NO_MOTION,
     NO_SENSOR,
@@ -29,7 +29,7 @@ def place(
     where: SceneOptions = REFERENCE,
     options: SearchOptions,
     at_least: Floors = (),
-    detect: DetectOption = None,
+    detection: DetectionOptions = NO_DETECTION,
     sensing: SensorOptions = NO_SENSOR,
     motion: MotionOptions = NO_MOTION,
     worst: Annotated[
@@ -56,6 +56,6 @@ def place(
     scene = with_sensor(scene, sensing.selected(scene.sensor))
     scene = motion.applied(with_floors(scene, at_least), worst)
     try:
-        run(scene, replace(options, detect=detection_of(detect, sensing)), out, as_json)
+        run(scene, replace(options, detect=detection.resolve(sensing)), out, as_json)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from cyclopts import Group, Parameter
 
@@ -24,10 +24,10 @@ class DetectionOptions:
     sensor's options, ``--ambient`` and ``--reflectance``."""
 
     detect: str | None = None
-    """Test piece that sensors must notice: hand, arm, leg, torso, person, rod-DIAMETER in mm (such
-    as rod-40), or WIDTHxHEIGHT in metres. --reflectance replaces the reflectance of the piece."""
-    within: float | None = None
-    """Time in seconds within which the test piece must be noticed. Default: 0.2."""
+    """Test piece that sensors must notice in time, PIECE[:SECONDS], such as hand or rod-40:0.5. The
+    piece is hand, arm, leg, torso, person, rod-DIAMETER in mm, or WIDTHxHEIGHT in metres;
+    --reflectance replaces its reflectance. Default: 0.2 s. A search maximises the expected share of
+    the targets in which it is noticed."""
     detected_by: int | None = None
     """Number of sensors that must notice the test piece. Default: 1."""
     crosstalk: float | None = None
@@ -46,7 +46,7 @@ class DetectionOptions:
                 without it.
         """
         if self.detect is None:
-            for name in ("within", "detected_by", "crosstalk", "detection_rates"):
+            for name in ("detected_by", "crosstalk", "detection_rates"):
                 if (value := getattr(self, name)) is not None:
                     option = f"--{name.replace('_', '-')}"
                     raise UserError(f"{option} {value}: allowed only with --detect")
@@ -62,11 +62,17 @@ class DetectionOptions:
         from ...coverage.detection.detection import Detection
         from ...formats.detection_rates import read_rates
 
+        piece, colon, seconds = (self.detect or "").partition(":")
+        try:
+            within = float(seconds) if colon else None
+        except ValueError:
+            line = f"--detect: found {shown(seconds)}, allowed: PIECE:SECONDS with a number"
+            raise UserError(line) from None
         given: dict[str, Any] = {
-            "piece": self.detect,
+            "piece": piece,
             "reflectance": sensing.reflectance,
             "ambient": sensing.ambient,
-            "seconds": self.within,
+            "seconds": within,
             "at_least": self.detected_by,
             "crosstalk": self.crosstalk,
             "rates": None if self.detection_rates is None else read_rates(self.detection_rates),
@@ -74,39 +80,9 @@ class DetectionOptions:
         try:
             return Detection(**{k: v for k, v in given.items() if v is not None})
         except InputError as error:
-            options = {"piece": "--detect", "seconds": "--within", "at_least": "--detected-by"}
+            options = {"piece": "--detect", "seconds": "--detect", "at_least": "--detected-by"}
             key = error.argument.removeprefix("Detection: ")
             raise UserError(f"{options.get(key, f'--{key}')}: {error.line}") from error
 
 
 NO_DETECTION = DetectionOptions()
-DetectOption = Annotated[
-    str | None,
-    Parameter(
-        group=DETECTION,
-        help=(
-            "Maximise the expected share of the targets in which a test piece is noticed in time,"
-            " instead of the coverage: NAME[:SECONDS], for example hand, torso or rod-40:0.5."
-            " Default: 0.2 s. With --redundancy N, N sensors must notice it. Not with --losing,"
-            " --tolerant, --gap and --worst."
-        ),
-    ),
-]
-
-
-def detection_of(text: str | None, sensing: SensorOptions) -> "Detection | None":
-    """Return the question that NAME[:SECONDS] states, for a command whose ``--within`` means
-    something else; None for None.
-
-    Raises:
-        UserError: as ``DetectionOptions.resolve``.
-    """
-    if text is None:
-        return None
-    name, _, seconds = text.partition(":")
-    try:
-        within = float(seconds) if seconds else None
-    except ValueError:
-        line = f"--detect: found {shown(seconds)}, allowed: NAME:SECONDS with a number"
-        raise UserError(line) from None
-    return DetectionOptions(name, within).resolve(sensing)

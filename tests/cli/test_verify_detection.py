@@ -20,7 +20,7 @@ def printed(capsys, *options: str) -> str:
 
 
 def test_json_reads_back_and_is_what_python_counts(capsys):
-    options = ("--sensor", "vl53l5cx", "--detect", "torso", "--within", "0.3", "--json")
+    options = ("--sensor", "vl53l5cx", "--detect", "torso:0.3", "--json")
     record = adapter(Verified).validate_python(json.loads(printed(capsys, *options)))
     share = record.detection
     assert share is not None
@@ -48,7 +48,7 @@ def test_a_table_and_the_assumptions_are_printed(capsys):
     [
         (("--rule", "touch", "--detect", "hand"), "touch"),
         (("--sensor", "vl53l5cx", "--ambient", "9e9klx", "--detect", "hand"), "9e9klx"),
-        (("--within", "1"), "--within --detect"),
+        (("--detected-by", "1"), "--detected-by --detect"),
     ],
 )
 def test_what_cannot_be_counted_is_refused_in_one_line(capsys, options, parts):
