@@ -152,7 +152,7 @@ def _verdicts(rows: Sequence[Prediction]) -> list[list[str]]:
 def _differences(rows: Sequence[Prediction]) -> tuple[list[str], list[list[str]]]:
     """Return the mean of what the twin sees beyond the prediction, step by step, in points."""
     heads = ["piece", "questions", "predicted", "the law's plate, best zone", "any zone",
-             "upright body, best zone", "any zone "]  # fmt: skip
+             "upright body, best zone", "any zone"]  # fmt: skip
     lines = []
     for piece in dict.fromkeys(row.question["piece"] for row in rows):
         some = [row for row in rows if row.question["piece"] == piece]
@@ -224,7 +224,9 @@ def ranking_figure(rows: Sequence[Prediction], file: Path) -> None:
         for ax, x, colour in zip(axes[:, i], (zeta, predicted), COLOURS[1::-1], strict=True):
             _diagonal(ax)
             ax.plot(x, frequency, "o", color=colour, ms=4, alpha=0.75, mew=0)
-            ax.annotate(f"rank {rank(x, frequency):.2f}", (4, 92), fontsize=9, color=INK)
+            ax.annotate(
+                f"rank {rank(x, frequency):.2f}", (98, 4), ha="right", fontsize=9, color=INK
+            )
         title = "person, walking" if body == "walker" else f"{piece}, {100 * ASKED[piece]:.3g} %"
         plain(axes[0, i], title, "", "noticed, percent" if i == 0 else "")
         plain(axes[1, i], "", "", "noticed, percent" if i == 0 else "")
