@@ -17,6 +17,14 @@ def detection_rates(path: str | Path) -> RateTable:
 
     Raises:
         InputError: if the file cannot be read or a row is not valid.
+
+    Example:
+        >>> import place_rings as pr
+        >>> from pathlib import Path
+        >>> lines = ["distance_m,reflectance,rate,frames", "0.2,0.018,1.0,500", "0.4,0.018,0,500"]
+        >>> _ = Path("rates.csv").write_text("\\n".join(lines))
+        >>> pr.Detection("arm", rates=pr.detection_rates("rates.csv")).piece.name
+        'arm'
     """
     with input_errors("path"):
         return read_rates(Path(path))

@@ -51,11 +51,11 @@ def test_threads_share_what_is_compiled(monkeypatch, nothing_kept):
     monkeypatch.setattr(_soft, "_KEPT", 2)
     setups = [pr.Setup.named(f"n1_{count}_0") for count in range(1, 5)]
     points = pr.sample_points(PAPER, 16)
-    ready = {setup: _soft._prepare(setup, PAPER, points).values for setup in setups}
+    ready = {setup: _soft._prepare(setup, PAPER, points, None).values for setup in setups}
 
     def prepare(i):
         setup = setups[i % len(setups)]
-        return np.array_equal(_soft._prepare(setup, PAPER, points).values, ready[setup])
+        return np.array_equal(_soft._prepare(setup, PAPER, points, None).values, ready[setup])
 
     with ThreadPoolExecutor(8) as pool:
         assert all(pool.map(prepare, range(400)))
