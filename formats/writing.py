@@ -87,15 +87,18 @@ def to_toml(model: Any, heading: str = "", file: Any = None) -> str:
     value are omitted, because TOML has no null."""
     stated = adapter(file).dump_python(model, mode="json") if file else model.stated()
     comment = "".join(f"# {printable(line)}\n" for line in heading.splitlines())
-    return comment + tomli_w.dumps(_drop_none(stated))
+    return comment + tomli_w.dumps(without_none(stated))
 
 
-def _drop_none(value: Any) -> Any:
+def without_none(value: Any) -> Any:
+    """Return tables without keys of no value, as TOML has no null, and of empty tables or lists."""
     if isinstance(value, dict):
         return {
-            key: _drop_none(v) for key, v in value.items() if v is not None and v != {} and v != []
+            key: without_none(v)
+            for key, v in value.items()
+            if v is not None and v != {} and v != []
         }
-    return [_drop_none(v) for v in value] if isinstance(value, list) else value
+    return [without_none(v) for v in value] if isinstance(value, list) else value
 
 
 def output_folder(path: Path, argument: str = "--out ") -> Path:

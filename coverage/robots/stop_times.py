@@ -28,9 +28,15 @@ class StopTime:
 
     Example:
         >>> import place_rings as pr
-        >>> stop = pr.StopTime(joint="shoulder_pan", extension_percent=100,
-        ...                    load_percent=100, speed_percent=66, stop_s=0.41, stop_rad=0.31,
-        ...                    repeat=1)
+        >>> stop = pr.StopTime(
+        ...     joint="shoulder_pan",
+        ...     extension_percent=100,
+        ...     load_percent=100,
+        ...     speed_percent=66,
+        ...     stop_s=0.41,
+        ...     stop_rad=0.31,
+        ...     repeat=1,
+        ... )
         >>> pr.Safety(stop_times=[stop]).stop_times[0].stop_s
         0.41
     """

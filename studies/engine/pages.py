@@ -8,6 +8,7 @@ from typing import Any
 import tomli_w
 
 from ...coverage.definitions.records import FILE_VERSION
+from ...formats.writing import without_none
 from .scenes import Rings
 
 FILE = "setups.toml"
@@ -35,4 +36,5 @@ def setups_toml(setups: Mapping[str, tuple[Rings, Mapping[str, Any]]]) -> str:
         name: {"version": FILE_VERSION, "rings": rings, "scene": dict(scene)}
         for name, (rings, scene) in setups.items()
     }
-    return f"# Each table is a proposal. To count one again: {USE}\n\n{tomli_w.dumps(tables)}"
+    text = tomli_w.dumps(without_none(tables))
+    return f"# Each table is a proposal. To count one again: {USE}\n\n{text}"

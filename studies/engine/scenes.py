@@ -44,8 +44,7 @@ def scene_from(scene: Mapping[str, Any]) -> Scene:
 
 def keys_of(scene: Scene) -> dict[str, Any]:
     """Return the keys of a scene as in a proposal file, with its mounts."""
-    keys = adapter(Scene).dump_python(in_files(scene), mode="json", exclude_none=True)
-    keys = stated_scene(keys)
+    keys = stated_scene(adapter(Scene).dump_python(in_files(scene), mode="json"))
     return keys | {"rules": keys.get("rules", {}) | {"mount": scene.rules.mount}}
 
 

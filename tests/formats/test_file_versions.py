@@ -28,7 +28,7 @@ from place_rings.formats.schema.versions import (
     SceneFile,
     VersionedFile,
 )
-from place_rings.formats.writing import _drop_none, to_toml
+from place_rings.formats.writing import to_toml, without_none
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import REFERENCE_POSE_DEG, Scene
@@ -236,7 +236,7 @@ def test_a_proposal_states_what_differs_and_is_read_back_whole(robot, change, co
     defaults = scene_table(Scene())
     for table in {"curve", "safety", "motion", "link", "rules", "printing"} & keys["scene"].keys():
         assert all(defaults[table].get(k) != v for k, v in keys["scene"][table].items())
-    whole = tomli_w.dumps(_drop_none(file.model_dump(mode="json")))  # as files stated before
+    whole = tomli_w.dumps(without_none(file.model_dump(mode="json")))  # as files stated before
     assert (
         ProposalFile.model_validate(tomllib.loads(whole), context=FROM_FILE).stated()
         == read.stated()
