@@ -37,6 +37,21 @@ def renamed(**names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     return decorated
 
 
+def stepwise(progress: Callable[[int, int], None] | None, total: int) -> Callable[[], None]:
+    """Return a function to call after each of ``total`` steps; ``progress`` receives the number of
+    finished ones, 0 at once, and the number of all."""
+    done = -1
+
+    def tell() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, total)
+
+    tell()
+    return tell
+
+
 def whole(name: str, value: Any, least: int, most: float = math.inf) -> None:
     """Check that an argument is an integer in a range.
 

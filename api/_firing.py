@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ._arguments import stepwise
 from ._errors import input_errors, new_files
 from ._options import called_with
 from ._pictures import Picture, drawn
@@ -105,15 +106,7 @@ def firing_schedule(call: FiringCall) -> FiringReport:
         True
     """
     name, placed, core = resolve_setup(call.setup, call.scene)
-    done, total = -1, len(core.poses)
-
-    def tell() -> None:
-        nonlocal done
-        done += 1
-        if call.progress is not None:
-            call.progress(done, total)
-
-    tell()
+    tell = stepwise(call.progress, len(core.poses))
     with input_errors():
         record = scheduled(name, placed, core, call, tell)
     return FiringReport(placed, core, record, name)

@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
+from ._arguments import stepwise
 from ._errors import input_errors
 from ._options import called_with
 from ._placement import Placement
@@ -76,16 +77,8 @@ def robustness(call: RobustnessCall) -> RobustnessReport:
     """
     name, placed, core = resolve_setup(call.setup, call.scene)
     check_scene(core, call.voxel)
-    verifier, done = Verifier(core, call.voxel), -1
-    total = call.draws * len(core.poses) * len(core.targets)
-
-    def tell() -> None:
-        nonlocal done
-        done += 1
-        if call.progress is not None:
-            call.progress(done, total)
-
-    tell()
+    verifier = Verifier(core, call.voxel)
+    tell = stepwise(call.progress, call.draws * len(core.poses) * len(core.targets))
     with input_errors():
         records = counted(verifier, name, placed, call, tell)
     return RobustnessReport(placed, core, records, name)

@@ -84,8 +84,7 @@ class ExpectedCount:
         It is computed as that of a covered share (``PointCount.error``): the residual of a voxel is
         its weight times (probability - zeta).
         """
-        squares = float(self.pairs @ (1.0, -2 * self.zeta, self.zeta**2))
-        return error_of(max(squares, 0.0), self.largest, self.weight)
+        return error_of(self.pairs, self.zeta, self.largest, self.weight)
 
 
 def count_expected(

@@ -77,17 +77,19 @@ class PointCount:
         5A.12). A voxel has one neighbour along each of three axes, so a third of the sum over all
         pairs estimates the variance of the summed residuals from above, for independent points.
         """
-        of_pairs = float(self.pairs @ (1.0, -2 * self.zeta, self.zeta**2))
-        return error_of(of_pairs, self.largest, self.weight)
+        return error_of(self.pairs, self.zeta, self.largest, self.weight)
 
 
-def error_of(of_pairs: float, largest: float, weight: float) -> float:
+def error_of(pairs: Float[np.ndarray, " 3"], zeta: float, largest: float, weight: float) -> float:
     """Return the error of a share of weight: 3.3 standard deviations, at most 1.
 
     Args:
-        of_pairs: summed squares of the differences of neighbours' residuals, along three axes.
+        pairs: over pairs of neighbours along three axes, with the difference a of covered weight
+            and the difference b of weight: summed a², ab and b².
+        zeta: the share.
         largest: no voxel has a larger weight.
         weight: summed weight of the target's voxels.
     """
-    variance = _TOGETHER * float(of_pairs) / 3 + _RARE * largest**2
+    of_pairs = max(float(pairs @ (1.0, -2 * zeta, zeta**2)), 0.0)  # of residuals a - zeta b
+    variance = _TOGETHER * of_pairs / 3 + _RARE * largest**2
     return min(_DEVIATIONS * math.sqrt(variance) / weight, 1.0)
