@@ -13,6 +13,7 @@ from .coverage.sensors.effective_range import Use
 from .coverage.sensors.sensor import Sensor, effective
 from .formats.loader import read_proposal, read_robot, read_scene
 from .formats.model_reader import file_and_table, read_sensor
+from .formats.robots.descriptions import is_robot_source
 from .formats.schema.versions import RobotFile, SceneFile, in_files
 from .formats.toml_text import toml_keys
 from .formats.writing import to_toml, write_text
@@ -28,13 +29,16 @@ def load(
     packages: Sequence[str | Path] = (),
     package: Mapping[str, str | Path] | None = None,
     skip_missing_meshes: bool = False,
+    xacro_args: Mapping[str, str] | None = None,
 ) -> Proposal | Scene | Robot | Sensor:
-    """Read a proposal, a scene, a robot or a sensor (TOML), or a robot's URDF or MJCF (.xml).
+    """Read a proposal, a scene, a robot or a sensor (TOML), or a robot's URDF, xacro or MJCF.
 
     A file with ``[[rings]]`` is a proposal, one with ``[[joints]]`` a robot, one with
-    ``[[ranges]]`` a sensor, any other file a scene. For a URDF or MJCF, capsules and mounts are
-    fitted to the links, which takes some seconds. The chain ends at the tip of the longest arm,
-    before its gripper. Joints outside the chain stand still; ``Robot.held`` lists their values.
+    ``[[ranges]]`` a sensor, any other file a scene. A name such as ``ur5e_description`` is a
+    robot of robot_descriptions, from its copy on this machine. For a URDF, xacro or MJCF, capsules
+    and mounts are fitted to the links, which takes some seconds. The chain ends at the tip of the
+    longest arm, before its gripper. Joints outside the chain stand still; ``Robot.held`` lists
+    their values.
 
     Args:
         path: path of the file; ``FILE.toml:NAME`` is one proposal of a file that holds several.
@@ -45,6 +49,7 @@ def load(
         package: folders of packages by the packages' names, where the folders have others.
         skip_missing_meshes: whether to leave out meshes of a URDF whose file does not exist; the
             robot's body is then incomplete.
+        xacro_args: values of a xacro file's arguments by name.
 
     Returns:
         A ``Proposal``, a ``Scene``, a ``Robot`` or a ``Sensor``. The coverage of a proposal is
@@ -63,19 +68,18 @@ def load(
     """
     file = Path(path)
     with input_errors():
-        if file.suffix.lower() in (".urdf", ".xml"):
+        if is_robot_source(str(path)):
             from .formats.robots.urdf_options import UrdfOptions  # meshes take a while to load
 
             reading = UrdfOptions(base, tip, hold or {}, False, packages, package or {})
-            return replace(reading, skip_missing_meshes=skip_missing_meshes).fit(file).robot
+            reading = replace(reading, xacro_args=xacro_args or {})
+            return replace(reading, skip_missing_meshes=skip_missing_meshes).fit(path).robot
         given: dict[str, Any] = {"base": base, "tip": tip, "hold": hold}
         given |= {"packages": packages, "package": package}
-        given |= {"skip_missing_meshes": skip_missing_meshes}
+        given |= {"skip_missing_meshes": skip_missing_meshes, "xacro_args": xacro_args}
         for name, value in given.items():
             if value:
-                raise InputError(
-                    f"allowed only for a URDF (.urdf) or MJCF (.xml), found {file.name}", name
-                )
+                raise InputError(f"allowed only for a URDF, xacro or MJCF, found {file.name}", name)
         match _kind(file):
             case "rings":
                 setup, scene, model = read_proposal(file)

@@ -23,7 +23,7 @@ from ..coverage.solids.polyhedra import Polyhedra, half_space, polyhedra
 from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
 from ..formats.robots.urdf_matching import chain_between
-from ..formats.robots.urdf_options import UrdfOptions, read_description
+from ..formats.robots.urdf_options import UrdfOptions
 from ..reporting.rendering.meshes import (
     DISC,
     body,
@@ -215,7 +215,7 @@ def read_skin(path: Path, reading: UrdfOptions, robot: Robot) -> Skin:
     Raises:
         UserError: for an invalid URDF or mesh, or if the joints differ from those of ``robot``.
     """
-    urdf = read_description(path)
+    urdf = reading.read(path)
     joints = robot.chain.joints
     named = all(name in urdf.joints for name in joints)
     picked = chain_between(urdf, joints[0], joints[-1], robot) if named else reading.pick(urdf)

@@ -14,7 +14,13 @@ from ..options.reading import AS_WRITTEN, ReadingOptions
 def robot(
     what: Annotated[
         str,
-        Parameter(name="URDF_OR_NAME", help="A URDF (.urdf), an MJCF (.xml), or a built-in robot."),
+        Parameter(
+            name="URDF_OR_NAME",
+            help=(
+                "A URDF (.urdf), a xacro file (.xacro), an MJCF (.xml), a name of"
+                " robot_descriptions such as ur5e_description, or a built-in robot."
+            ),
+        ),
     ],
     /,
     *,
@@ -43,6 +49,7 @@ def robot(
 
     ```bash
     place-rings robot my.urdf --packages ~/robots --out mine
+    place-rings robot my.urdf.xacro --xacro-arg gripper=false --out mine
     place-rings --scene mine/scene.toml --target V_S --radius 0.5
     ```
 

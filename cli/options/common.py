@@ -75,8 +75,9 @@ RobotOption = Annotated[
     Parameter(
         group=SCENE,
         help=(
-            "Built-in robot (see place-rings robots), robot file (.toml), URDF (.urdf) or MJCF"
-            " (.xml). Default: the robot of the scene."
+            "Built-in robot (see place-rings robots), robot file (.toml), URDF (.urdf), xacro"
+            " (.xacro), MJCF (.xml), or a name of robot_descriptions such as ur5e_description."
+            " Default: the robot of the scene."
         ),
     ),
 ]

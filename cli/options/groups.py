@@ -61,9 +61,9 @@ class SceneOptions:
         Args:
             urdf: a URDF of another option, which is read in the same way.
         """
-        from .scenes import resolve_scene, urdf_of
+        from .scenes import described, resolve_scene
 
-        self.reading.refuse_without(urdf or urdf_of(self.robot))
+        self.reading.refuse_without(urdf or described(self.robot))
         return resolve_scene(self.scene, self.robot, self.target, self.radius, self.reading)
 
     def applied(self, scene: "Scene", rings_stay: bool = False) -> "Scene":

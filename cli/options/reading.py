@@ -1,7 +1,7 @@
-"""Options that state how a robot is read from its URDF."""
+"""Options that state how a robot is read from its description."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -71,6 +71,14 @@ class ReadingOptions:
         ),
     ] = False
 
+    xacro_arg: Annotated[
+        tuple[str, ...],
+        Parameter(
+            negative=(),
+            help="Argument of a xacro file: NAME=VALUE. Repeatable.",
+        ),
+    ] = ()
+
     def resolve(self) -> "UrdfOptions":
         """Return the options of the reader."""
         from ...formats.robots.urdf_options import UrdfOptions
@@ -81,17 +89,29 @@ class ReadingOptions:
             dict(_value(text) for text in self.hold),
             True,
             self.packages,
-            {name: Path(folder) for name, folder in map(_folder, self.package)},
+            {name: Path(value) for name, value in self._pairs("package", "NAME=FOLDER")},
             self.skip_missing_meshes,
+            dict(self._pairs("xacro_arg", "NAME=VALUE")),
         )
 
-    def refuse_without(self, urdf: Path | None) -> None:
-        """Raise a ``UserError`` if an option is given, but no URDF."""
-        for key in ("base", "tip", "hold", "packages", "package", "skip_missing_meshes"):
-            if urdf is None and getattr(self, key):
+    def _pairs(self, key: str, allowed: str) -> list[tuple[str, str]]:
+        """Return the names and values of a repeatable option."""
+        pairs = []
+        for text in getattr(self, key):
+            name, _, value = text.partition("=")
+            if not (name and value):
                 option = f"--{key.replace('_', '-')}"
+                raise UserError(f"{option}: found {shown(text)}, allowed: {allowed}")
+            pairs.append((name, value))
+        return pairs
+
+    def refuse_without(self, source: str | Path | None) -> None:
+        """Raise a ``UserError`` if an option is given, but no description of a robot."""
+        for given in fields(self):
+            if source is None and getattr(self, given.name):
+                option = f"--{given.name.replace('_', '-')}"
                 raise UserError(
-                    f"{option}: allowed only with the URDF of a robot (.urdf); a robot file"
+                    f"{option}: allowed only with a robot's URDF, MJCF or xacro file; a robot file"
                     " (.toml) states how it was read"
                 )
 
@@ -105,13 +125,6 @@ def _value(text: str) -> tuple[str, float]:
     if not (name and equals) or not math.isfinite(number):
         raise UserError(f"--hold: found {shown(text)}, allowed: NAME=VALUE, such as lift_joint=0.2")
     return name, number
-
-
-def _folder(text: str) -> tuple[str, str]:
-    name, equals, folder = text.partition("=")
-    if not (name and equals and folder):
-        raise UserError(f"--package: found {shown(text)}, allowed: NAME=FOLDER")
-    return name, folder
 
 
 AS_WRITTEN = ReadingOptions()

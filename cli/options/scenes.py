@@ -11,6 +11,7 @@ from ...coverage.robots.robot import Robot
 from ...formats.loader import is_proposal, read_robot, read_scene, resolve
 from ...formats.model_reader import read_calibration
 from ...formats.recorded_motion import with_record
+from ...formats.robots.descriptions import is_robot_source
 from ...objectives.poses import Pose
 from ...objectives.scene import Scene, as_in_paper
 from .reading import AS_WRITTEN, ReadingOptions
@@ -52,25 +53,30 @@ def urdf_of(robot: str | None) -> Path | None:
     return Path(robot) if robot is not None and robot.lower().endswith(".urdf") else None
 
 
+def described(robot: str | None) -> str | None:
+    """Return ``--robot`` if it is a robot's description, which has meshes and options."""
+    return robot if robot is not None and is_robot_source(robot) else None
+
+
 def given_robot(text: str, reading: ReadingOptions = AS_WRITTEN) -> Robot:
-    """Return the robot of ``--robot``: built in, from a robot file (.toml), or fitted to a URDF or
-    MJCF.
+    """Return the robot of ``--robot``: built in, from a robot file (.toml), or fitted to a robot's
+    description.
 
     Raises:
         UserError: if it is none of them.
     """
     if text.lower().endswith(".toml"):
         return read_robot(Path(text))
-    mjcf = Path(text) if text.lower().endswith(".xml") else None
-    if (urdf := urdf_of(text) or mjcf) is not None:
+    if described(text):
         from .urdf_robot import import_urdf  # reading meshes takes a while to load
 
-        return import_urdf(urdf, reading.resolve()).robot
+        return import_urdf(text, reading.resolve()).robot
     try:
         return built_in(text)
     except ValueError as error:
         raise UserError(
-            f"--robot: {error}, a robot file (.toml), a URDF (.urdf) or an MJCF (.xml)"
+            f"--robot: {error}, a robot file (.toml), URDF (.urdf), xacro (.xacro), MJCF (.xml), or"
+            " a name of robot_descriptions, such as ur5e_description"
         ) from error
 
 
@@ -152,7 +158,7 @@ def scene_for(
     Raises:
         UserError: as ``resolve_scene`` does, or if ``--paper`` would move rings.
     """
-    reading.refuse_without(urdf or urdf_of(robot))
+    reading.refuse_without(urdf or described(robot))
     stated = resolve_scene(scene, robot, reading=reading)
     if not paper:
         return stated

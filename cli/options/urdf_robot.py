@@ -11,16 +11,16 @@ _READING = UrdfOptions()
 
 
 def import_urdf(
-    path: Path,
+    source: str | Path,
     reading: UrdfOptions = _READING,
     capsules: int = 3,
     surface: Surface = "collision",
     name: str | None = None,
 ) -> RobotFit:
-    """Return the robot of a URDF with bodies and mounts fitted to its meshes.
+    """Return the robot of a description with bodies and mounts fitted to its meshes.
 
     Args:
-        path: the URDF.
+        source: its file, or its name in robot_descriptions.
         reading: the chain, held joints and folders of meshes.
         capsules: largest number of capsules for a link.
         surface: meshes to which capsules are fitted.
@@ -35,7 +35,7 @@ def import_urdf(
         def tell(link: str) -> None:
             status.update(f"fitting capsules to {link}")
 
-        fit = reading.fit(path, name, capsules, surface, tell)
+        fit = reading.fit(source, name, capsules, surface, tell)
     notes = list(fit.notes)
     if not fit.links:
         notes.append(

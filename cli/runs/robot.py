@@ -13,7 +13,7 @@ from ...coverage.definitions.escaping import printable
 from ...coverage.robots.built_in import ROBOTS
 from ...coverage.robots.joint_values import from_file_units, in_file_units, joint_keys
 from ...coverage.robots.robot import Robot
-from ...formats.robots.left_over_xacro import EXPAND
+from ...formats.robots.descriptions import is_robot_source
 from ...formats.robots.robot_fit import RobotFit, outlines
 from ...formats.schema.versions import RobotFile
 from ...formats.writing import output_files, to_toml, write_text
@@ -92,17 +92,16 @@ def robot(
     out: Path,
 ) -> None:
     """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a built-in robot or a URDF."""
-    is_urdf = what.lower().endswith((".urdf", ".xml"))
-    reading.refuse_without(Path(what) if is_urdf else None)
+    described = is_robot_source(what)
+    reading.refuse_without(what if described else None)
     if what in ROBOTS:
         fit = RobotFit(ROBOTS[what].with_links(True), ())
-    elif is_urdf:
-        fit = import_urdf(Path(what), reading.resolve(), capsules, surface, name)
+    elif described:
+        fit = import_urdf(what, reading.resolve(), capsules, surface, name)
     else:
-        more = f"; {EXPAND}" if what.lower().endswith(".xacro") else ""
         raise UserError(
-            f"robot: found {shown(what)}, allowed: a URDF (.urdf), an MJCF (.xml), or one of"
-            f" {', '.join(ROBOTS)}{more}"
+            f"robot: found {shown(what)}, allowed: a URDF (.urdf), xacro (.xacro), MJCF (.xml), a"
+            f" name such as ur5e_description, or one of {', '.join(ROBOTS)}"
         )
     fitted = fit.robot
     files = ("robot.toml", "scene.toml", "robot.png")

@@ -19,6 +19,7 @@ from ...coverage.robots.built_in import calibrated_chain
 from ...coverage.robots.calibration import DhTable, dh_table
 from ...coverage.robots.kinematics import transform
 from ...coverage.robots.robot import Robot
+from ..yaml_text import plain_yaml
 
 _DELTAS = ("delta_theta", "delta_a", "delta_d", "delta_alpha")
 _LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
@@ -115,21 +116,7 @@ def _number(name: str, key: str, value: object) -> float:
 
 def _kinematics(name: str, text: str) -> Float[np.ndarray, "7 4 4"]:
     """Return the frames of a ``kinematics.yaml``, the flange's in that of the last joint."""
-    import yaml  # few commands read such a file
-
-    class Plain(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
-        """A loader without aliases, which may stand for more than fits into memory."""
-
-        def compose_node(self, parent: Any, index: Any) -> Any:
-            if self.check_event(yaml.AliasEvent):
-                raise yaml.YAMLError("an alias; write its value")
-            return super().compose_node(parent, index)
-
-    try:
-        content: Any = yaml.load(text, Plain)  # a SafeLoader
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise UserError(f"{name}: not YAML: {reason}") from error
+    content: Any = plain_yaml(name, text)
     links = _table(name, "kinematics", _table(name, "", content).get("kinematics"))
     frames = []
     for link in _LINKS:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from ...coverage.definitions.errors import UserError, shown, unusable
 
-EXPAND = "expand it with xacro, or with xacrodoc where ROS is not installed"
+EXPAND = "a file that ends in .xacro is expanded (pip install 'place-rings[xacro]')"
 _DEFINITIONS = ("property", "arg", "macro")
 _EXPRESSION = re.compile(r"(?<!\$)\$[{(][^{}()]*[)}]?")  # of xacro; $${ stands for itself
 _READ = ("link", "joint")  # elements of a URDF that the reader takes

@@ -97,7 +97,8 @@ class Packages:
         addresses = self.addresses
         if not self._own or not addresses or any(".." in parts for parts in addresses):
             return []
-        files = list(itertools.islice(_files_below(self._own[0]), _FILES))
+        below = (Path(at, name) for at, _, names in os.walk(self._own[0]) for name in names)
+        files = sorted(itertools.islice(below, _FILES))
         unique: dict[tuple[Path, ...], tuple[int, Path]] = {}
         for without in range(min(len(parts) for parts in addresses) - 1):
             tail = addresses[0][without:]
@@ -177,6 +178,14 @@ class Packages:
             fault if outside else MissingFileError(f"{fault}; --skip-missing-meshes leaves it out")
         )
 
+    def folder_of(self, package: str) -> Path | None:
+        """Return the folder of a package, if it lies in the permitted folders."""
+        for place, permitted in self._in_package(PurePosixPath(package)):
+            real = place.resolve()
+            if real.is_dir() and any(real.is_relative_to(folder) for folder in permitted):
+                return real
+        return None
+
     def _options(
         self, wanted: PurePosixPath, packaged: bool
     ) -> Iterator[tuple[Path, Sequence[Path]]]:
@@ -230,8 +239,11 @@ class Packages:
         return {*self.named, *self._described, *beside, *(f.name for f in self.folders)}
 
     def _renamed(self, wanted: PurePosixPath) -> Path | None:
-        """Return the place of a file in the own package under another name, if that is unique."""
+        """Return the place of a file in the own package under another name, if that is unique and
+        there is no package of the address's own name."""
         if len(self.renamed) != 1 or wanted.parts not in self.addresses:
+            return None
+        if self.folder_of(wanted.parts[0]) is not None:
             return None
         without, top = self.renamed[0]
         return top.joinpath(*wanted.parts[without:])
@@ -278,12 +290,6 @@ class Packages:
         """Return the error for a mesh of a link; of a long name the end is shown."""
         found = found if len(found) <= _SHOWN else f"…{found[1 - _SHOWN :]}"
         return unusable(f"{self.path}: link {shown(link)}: mesh", found, allowed)
-
-
-def _files_below(folder: Path) -> Iterator[Path]:
-    for at, inside, files in os.walk(folder):
-        inside.sort()
-        yield from (Path(at, name) for name in sorted(files))
 
 
 def _package_name(folder: Path) -> str:

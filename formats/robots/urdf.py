@@ -174,13 +174,13 @@ class _Reader:
         return -math.inf, math.inf
 
 
-def read_urdf(path: Path) -> Urdf:
-    """Return the URDF in a file.
+def read_urdf(path: Path, root: ET.Element | None = None) -> Urdf:
+    """Return the URDF in a file, or that which the file makes, whose root is given.
 
     Raises:
         UserError: if it cannot be read or is not supported.
     """
-    root = plain_xml(bounded_bytes(path, LARGEST), str(path))
+    root = plain_xml(bounded_bytes(path, LARGEST), str(path)) if root is None else root
     reader = _Reader(path)
     if root.tag != "robot":
         raise reader.fail("root", root.tag[:100], "robot, the root of a URDF")

@@ -2,28 +2,23 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Self
 
 from ...coverage.choices import Surface
+from ...coverage.definitions.errors import UserError
+from .descriptions import XACRO, find_description, is_description
 from .meshes import Meshes
 from .mjcf import read_mjcf
+from .packages import Packages
 from .robot_fit import RobotFit, fit_robot
 from .urdf import LARGEST, read_urdf
 from .urdf_chain import pick_chain
 from .urdf_folding import Picked
 from .urdf_model import Urdf
+from .xacro_files import expand_xacro
 from .xml_text import bounded_bytes, plain_xml
-
-
-def read_description(path: Path) -> Urdf:
-    """Return the links and joints of a robot in a URDF or MJCF file.
-
-    Raises:
-        UserError: if it cannot be read or is not supported.
-    """
-    root = plain_xml(bounded_bytes(path, LARGEST), str(path))
-    return read_mjcf(path, root) if root.tag == "mujoco" else read_urdf(path)
 
 
 @dataclass(frozen=True)
@@ -44,6 +39,43 @@ class UrdfOptions:
     """Folders of packages by the packages' names."""
     skip_missing_meshes: bool = False
     """Whether to leave out meshes whose file does not exist; a note names each."""
+    xacro_args: Mapping[str, str] = field(default_factory=dict)
+    """Values of a xacro file's arguments by name."""
+
+    def located(self, source: str | Path) -> tuple[Path, Self]:
+        """Return the file of a robot's description, which a name may stand for, and the options
+        that read it.
+
+        Raises:
+            UserError: if a name is unknown, or its files are not on this machine.
+        """
+        if not is_description(str(source)):
+            return Path(source), self
+        found = find_description(str(source))
+        return found.path, replace(
+            self,
+            packages=(*self.packages, *found.packages),
+            package={**found.named, **self.package},
+            xacro_args={**found.arguments, **self.xacro_args},
+        )
+
+    def read(self, path: Path) -> Urdf:
+        """Return the links and joints of a robot in a URDF, MJCF or xacro file.
+
+        Raises:
+            UserError: if it cannot be read or is not supported.
+        """
+        if path.suffix.lower() == XACRO:
+            packages = Packages(path, tuple(map(Path, self.packages)), self._named)
+            return read_urdf(path, expand_xacro(path, self.xacro_args, packages))
+        if self.xacro_args:
+            raise UserError(f"--xacro-arg: {path}: allowed only with a xacro file (.xacro)")
+        root = plain_xml(bounded_bytes(path, LARGEST), str(path))
+        return read_mjcf(path, root) if root.tag == "mujoco" else read_urdf(path, root)
+
+    @property
+    def _named(self) -> dict[str, Path]:
+        return {name: Path(folder) for name, folder in self.package.items()}
 
     def pick(self, urdf: Urdf) -> Picked:
         """Return the chain of a URDF.
@@ -65,12 +97,11 @@ class UrdfOptions:
             UserError: if a folder does not exist.
         """
         folders = tuple(map(Path, self.packages))
-        named = {name: Path(folder) for name, folder in self.package.items()}
-        return Meshes(urdf.path, folders, named, urdf.addresses, self.skip_missing_meshes)
+        return Meshes(urdf.path, folders, self._named, urdf.addresses, self.skip_missing_meshes)
 
     def fit(
         self,
-        path: Path,
+        source: str | Path,
         name: str | None = None,
         capsules: int = 3,
         surface: Surface = "collision",
@@ -79,7 +110,7 @@ class UrdfOptions:
         """Return the robot of a URDF with bodies and mounts fitted to its meshes.
 
         Args:
-            path: the URDF.
+            source: the URDF, MJCF or xacro file, or a name of robot_descriptions.
             name: name of the robot; by default that in the URDF.
             capsules: largest number of capsules for a link.
             surface: meshes to which capsules are fitted.
@@ -88,6 +119,7 @@ class UrdfOptions:
         Raises:
             UserError: if the URDF or a mesh is not usable.
         """
-        urdf = read_description(path)
-        picked = self.pick(urdf)
-        return fit_robot(picked, self.meshes(urdf), name or urdf.name, capsules, surface, tell)
+        path, options = self.located(source)
+        urdf = options.read(path)
+        picked, meshes = options.pick(urdf), options.meshes(urdf)
+        return fit_robot(picked, meshes, name or urdf.name, capsules, surface, tell)

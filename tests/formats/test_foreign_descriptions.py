@@ -83,7 +83,7 @@ def test_an_expression_of_xacro_is_named_with_what_expands_it(
     left = f'<xacro:property name="{name}" value=".05"/>' if declared else ""
     path.write_text(text(xacro=f"{XACRO}>{left}<a/", **{where: found}))
     key = {"z": "xyz", "r": "radius", "tip": "name"}[where]
-    with refused(f'used.urdf {key} "{found}" xacro xacrodoc'):
+    with refused(f'used.urdf {key} "{found}" xacro .xacro'):
         read_urdf(path)
 
 

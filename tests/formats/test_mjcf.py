@@ -22,7 +22,7 @@ from place_rings.formats.loader import read_robot, read_scene
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.urdf_chain import pick_chain
 from place_rings.formats.robots.urdf_folding import Carried
-from place_rings.formats.robots.urdf_options import read_description
+from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.objectives.mount_rules import Rules
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
@@ -36,7 +36,7 @@ CLOSE = 1e-6
 
 
 def picked_of(path, tip=None):
-    return pick_chain(read_description(path), None, tip)
+    return pick_chain(UrdfOptions().read(path), None, tip)
 
 
 @settings(max_examples=15)
@@ -47,7 +47,7 @@ def test_bodies_are_where_mujoco_has_them(tmp_path_factory, seed):
     path = tmp_path_factory.mktemp("mjcf") / "drawn.xml"
     path.write_text(ET.tostring(drawn_mjcf(rng), encoding="unicode"))
     peer = MujocoBodies(mujoco.MjModel.from_xml_path(str(path)))
-    description = read_description(path)
+    description = UrdfOptions().read(path)
     last = max((n for n in description.links if n[1:].isdigit()), key=lambda n: int(n[1:]))
     picked = pick_chain(description, "world", last)
     named = [c for c in picked.carried if c.link.name[0] == "b" and "_at_" not in c.link.name]
@@ -85,7 +85,7 @@ def test_shapes_are_mujocos(tmp_path_factory, seed):
     model = mujoco.MjModel.from_xml_path(str(path))
     peer, meshes = MujocoBodies(model), Meshes(path)
     peer.move({})
-    for name, link in read_description(path).links.items():
+    for name, link in UrdfOptions().read(path).links.items():
         shapes = {id(s): s for s in (*link.visual, *link.collision)}.values()
         if name == "world" or "_at_" in name:
             continue
@@ -208,7 +208,7 @@ def test_free_bodies_are_a_robot_or_left_out(tmp_path):
     for free, base in (("", "world"), ("<freejoint/>", "foot")):
         bodies = cube + arm.format(free, tool)
         path.write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
-        description = read_description(path)
+        description = UrdfOptions().read(path)
         assert "cube" not in description.links
         (note,) = description.notes
         assert '"cube"' in note
@@ -251,7 +251,7 @@ def test_what_cannot_be_read_is_one_line(lift, more, parts):
         text = '<!DOCTYPE mujoco [<!ENTITY a "b">]>' + ARM  # entities are never expanded
     lift.write_text(text)
     with refused(f"lift.xml {parts}"):
-        read_description(lift)
+        UrdfOptions().read(lift)
 
 
 @given(st.binary(max_size=300))
@@ -260,7 +260,7 @@ def test_any_text_is_read_or_refused(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("any") / "any.xml"
     path.write_bytes(b"<mujoco>" + data + b"</mujoco>")
     with pytest.raises(UserError):
-        pick_chain(read_description(path))
+        pick_chain(UrdfOptions().read(path))
 
 
 HOSTILE = st.sampled_from(
@@ -278,11 +278,11 @@ def test_no_value_crashes_mujoco(tmp_path_factory, seed, element, key, value):
     path = tmp_path_factory.mktemp("hostile") / "hostile.xml"
     path.write_text(ET.tostring(root, encoding="unicode"))
     with suppress(UserError):
-        read_description(path)
+        UrdfOptions().read(path)
 
 
 def test_names_with_a_percent_sign_stay(tmp_path):
     path, joint = tmp_path / "arm.xml", '<joint name="50%"/><geom size="1"/>'
     path.write_text(f"<mujoco>{body(joint, name='half %n')}</mujoco>")
-    description = read_description(path)
+    description = UrdfOptions().read(path)
     assert ("half %n" in description.links, [*description.joints]) == (True, ["50%"])
