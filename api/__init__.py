@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from ._soft import coverage_fraction, sample_points
     from ._study import StudyReport, study
     from ._trajectory import Trajectory
+    from ._twin import twin
     from ._verify import Coverage, certify, verify
     from ._views import view
     from ._weight_field import weight_field
@@ -66,6 +67,8 @@ if TYPE_CHECKING:
     from .objectives.scene import Scene
     from .placement.search.progress import Outcome, Progress
     from .placement.space.feasible_set import InfeasibleError
+    from .simulation.twin.noise import Noise
+    from .simulation.twin.sensor_twin import SensorTwin, TwinFrame
 
 __all__ = [
     "Attached",
@@ -88,6 +91,7 @@ __all__ = [
     "Mesh",
     "MountedSensor",
     "Near",
+    "Noise",
     "Obstacle",
     "Outcome",
     "Person",
@@ -107,6 +111,7 @@ __all__ = [
     "SafetyReport",
     "Scene",
     "Sensor",
+    "SensorTwin",
     "Setup",
     "Shell",
     "Sphere",
@@ -115,6 +120,7 @@ __all__ = [
     "TestPiece",
     "ToolSphere",
     "Trajectory",
+    "TwinFrame",
     "UnionOf",
     "certify",
     "coverage_fraction",
@@ -133,6 +139,7 @@ __all__ = [
     "search",
     "sensors",
     "study",
+    "twin",
     "verify",
     "view",
     "weight_field",
@@ -178,6 +185,7 @@ _MODULES = {
         "ToolSphere",
     ),
     "_trajectory": ("Trajectory",),
+    "_twin": ("twin",),
     "_views": ("view",),
     "coverage.rings.mounted_sensor": ("MountedSensor",),
     "coverage.rings.ring": ("Ring", "Setup"),
@@ -196,6 +204,8 @@ _MODULES = {
     "objectives.obstacle": ("Obstacle",),
     "objectives.scene": ("Scene",),
     "placement.space.feasible_set": ("InfeasibleError",),
+    "simulation.twin.noise": ("Noise",),
+    "simulation.twin.sensor_twin": ("SensorTwin", "TwinFrame"),
     "placement.search.progress": ("Outcome", "Progress"),
 }
 _FORMER = {"attached": "Attached", "obstacle": "Obstacle"}

@@ -91,7 +91,12 @@ class Cones(BeamShape):
         yield ends, product(d, axis, range_m[ends] - d, -axis)
 
     def ways(self, index: Part, place: Places) -> Ways:
-        raise TypeError("the nearest point in a cone has a closed form")
+        """See ``Beams.ways``: rays that measure 1 along the axis; squares of places become circles
+        about it."""
+        wide = np.tan(self.half_angle)[index][:, None] * np.abs(place).max(axis=-1)
+        across = self.across(index, np.arctan2(place[..., 1], place[..., 0]))
+        way: np.ndarray = np.asarray(self.axis)[index][:, None] + wide[..., None] * across
+        return way
 
     def discs(self, k: int) -> Discs:
         ends = np.array([0.0, self.range_m[k]])

@@ -26,10 +26,10 @@ from ...formats.export.ros2_bag import (
     TRANSFORMS,
     RosBag,
 )
+from ...formats.ring_status import Status
+from ...simulation.twin.zone_grid import stated_turn, zone_grid
 from ..rings.line_monitor import Happened
 from ..rings.protocol import ABSENT, Frame
-from ..rings.status import Status
-from ..sensing.zone_grid import stated_turn, zone_grid
 from ..session.gathering import Gathered
 from ..sources.names import STEPS
 from .planned_check import PlannedCheck, ring_names

@@ -10,9 +10,9 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
+from ...simulation.twin.noise import USUAL_NOISE
 from ..poses.near_stops import near_stops
 from ..sensing.expected import expected
-from ..sensing.noise import USUAL_NOISE
 from ..sensing.readings import BLOCKED, FAILED, VALID, Readings, stop_of
 
 MOST = 0.2  # share of a sensor's readings, above which a kind of doubt counts

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...coverage.rings.ring import Setup
+from ...formats.ring_status import CHIPS, Status, likely_chip
 from ..rings.protocol import Counts
-from ..rings.status import CHIPS, Status, likely_chip
 from .models import LineModel
 
 _RARE = 5.0  # percent of a sensor's frames; more unknown codes differ from the proposal

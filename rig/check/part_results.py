@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Float
 
+from ...simulation.twin.zone_grid import zone_grid, zoned
 from ..mount.as_built import AsBuilt
 from ..mount.cell_frame import cell_is_turned
 from ..mount.fit import fit_mount
@@ -16,7 +17,6 @@ from ..mount.hand_sweep import Waving, waved
 from ..mount.stop_plan import require_cell
 from ..rod.coverage_estimate import RodCheck, check_rod
 from ..sensing.readings import ABSENT, Readings, Stops, at_stops, joined, zones_at_stops
-from ..sensing.zone_grid import zone_grid, zoned
 from ..sensing.zone_state import frozen_zones
 from ..session.gathering import Gathered
 from .doubt import Doubt, doubt

@@ -10,10 +10,10 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
+from ...simulation.twin.noise import Noise
+from ...simulation.twin.zone_grid import zoned
 from ..sensing.expected import ROBOT, Expected, expected
-from ..sensing.noise import Noise
 from ..sensing.readings import Readings, Stops, at_stops
-from ..sensing.zone_grid import zoned
 from ..sensing.zone_state import ZoneState, zone_state
 from .models import LookModel
 

@@ -16,8 +16,8 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import Scene
+from ...simulation.twin.noise import USUAL_NOISE
 from ..sensing.expected import CELL, ROBOT, expected
-from ..sensing.noise import USUAL_NOISE
 from ..sensing.readings import BLOCKED, Stops
 from ..sensing.zone_targets import expected_zones
 from .channel_assignment import COARSE, Order, best_order, costs, mixed, reseated

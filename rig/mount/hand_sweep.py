@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
-from ..sensing.noise import USUAL_NOISE
+from ...simulation.twin.noise import USUAL_NOISE
 from ..sensing.readings import FAILED, VALID, Readings
 from .channel_assignment import Order, mixed, wiring_faults
 

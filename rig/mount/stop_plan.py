@@ -21,10 +21,10 @@ from ...coverage.definitions.field_types import Items
 from ...coverage.rings.ring import Setup
 from ...formats.schema.versions import Versioned
 from ...objectives.scene import Scene
+from ...simulation.twin.noise import USUAL_NOISE
 from ..poses.clear import drawn
 from ..poses.planned_pose import Poses, planned_poses, require_alike
 from ..sensing.expected import CELL, expected
-from ..sensing.noise import USUAL_NOISE
 from .mounting_error_model import LIMITS, free, grazing, moved, slopes
 
 POSES, FRAMES = 24, 10

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.optimize import linear_sum_assignment
 
+from ...simulation.twin.zone_grid import every_turn
 from ..sensing.readings import Stops
-from ..sensing.zone_grid import every_turn
 from .channel_assignment import CAP, SURE, reading_costs
 
 _TOLERANCE = 0.03  # m; of the readings of a fitted ring's zones

@@ -13,8 +13,8 @@ from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import Scene
+from ...simulation.twin.zone_grid import GridTurn, every_turn, stated_turn, zone_grid
 from ..sensing.readings import Stops
-from ..sensing.zone_grid import GridTurn, every_turn, stated_turn, zone_grid
 from ..sensing.zone_targets import expected_zones
 from .channel_assignment import SURE, Order, reading_costs
 

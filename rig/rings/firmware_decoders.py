@@ -10,9 +10,9 @@ from typing import Protocol
 import numpy as np
 
 from ...formats.ring_frame import SENSORS
+from ...formats.ring_status import CHIPS, MOST_MM, Status, StatusCodes
 from .line_grammar import GRAMMARS, NO_TARGET_MM
 from .protocol import Arrivals, Counts, Decoder, Frame, SequenceTracker, measured
-from .status import CHIPS, MOST_MM, Status, StatusCodes
 from .text_decoder import LineDecoder
 
 _NONE = np.isin(np.arange(MOST_MM + 1), NO_TARGET_MM)

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from .status import MOST_MM, Status
+from ...formats.ring_status import MOST_MM, Status
 
 NO_TARGET_MM = (0, 8190, 8191, 9999, MOST_MM)  # codes of firmwares for no target
 _I = re.IGNORECASE

@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float, Integer
 
 from ...formats import ring_frame
-from .status import ABSENT as ABSENT
-from .status import DISTANT, known_status, millimetres
-from .status import MOST_MM as MOST_MM
-from .status import Status as Status
+from ...formats.ring_status import ABSENT as ABSENT
+from ...formats.ring_status import DISTANT, known_status, millimetres
+from ...formats.ring_status import MOST_MM as MOST_MM
+from ...formats.ring_status import Status as Status
 from .zones import Zones
 
 VERSION = 1

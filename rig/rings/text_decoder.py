@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...coverage.definitions.errors import shown
+from ...formats.ring_status import Status
 from .line_grammar import GRAMMARS, LineReadings
 from .protocol import Arrivals, Counts, Frame, measured
-from .status import Status
 
 _LONGEST = 4096  # bytes of a line
 _ENOUGH, _RECENT = 3, 12  # lines of one grammar among the recent ones, which recognise it

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Integer
 
 from ...formats.ring_frame import Grid
+from ...formats.ring_status import DISTANT, Status, known_status, millimetres
 from ...objectives.motion_limits import Motion
-from .status import DISTANT, Status, known_status, millimetres
 
 _MOST_SIGMA, _MOST_SIGNAL = 0xFF, 0xFFFF
 

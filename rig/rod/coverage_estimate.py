@@ -20,8 +20,8 @@ from jaxtyping import Bool, Int
 from scipy import stats
 
 from ...coverage.rings.ring import Setup
+from ...simulation.twin.zone_grid import zoned
 from ..sensing.readings import Readings, Stops, at_stops, zones_at_stops
-from ..sensing.zone_grid import zoned
 from .trial_plan import RodPlan, Stratum
 
 CONFIDENCE = 0.95

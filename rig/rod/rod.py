@@ -22,10 +22,10 @@ from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import around
 from ...coverage.solids.segments import segment_to_segment
 from ...objectives.scene import Scene
+from ...simulation.twin.noise import Noise
+from ...simulation.twin.zone_grid import zoned
 from ..poses.clear import from_cell
 from ..sensing.expected import beams_at, expected, in_beams, only
-from ..sensing.noise import Noise
-from ..sensing.zone_grid import zoned
 from ..sensing.zone_targets import expected_zones, zones_of_rods
 
 CLEAR = 0.03  # m between a rod and robot or cell

@@ -9,9 +9,9 @@ from scipy import ndimage
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.joint_values import angles_apart, turned_near
-from ..rings.status import ABSENT as ABSENT
-from ..rings.status import Status
-from .zone_grid import zone_grid
+from ...formats.ring_status import ABSENT as ABSENT
+from ...formats.ring_status import Status
+from ...simulation.twin.zone_grid import zone_grid
 
 VALID, NO_TARGET, WEAK, FAILED = Status
 BLOCKED = 0.05  # m; a zone that always reads less is blocked: by dirt, a cable, its own ring

@@ -8,8 +8,8 @@ from jaxtyping import Bool, Float
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
+from ...simulation.twin.zone_grid import zone_grid
 from .readings import BLOCKED, VALID, Readings, stop_of, zones_at_stops
-from .zone_grid import zone_grid
 from .zone_targets import expected_zones
 
 _FROZEN = 3  # stops at which a zone reads the same; alive, it differs by its noise alone

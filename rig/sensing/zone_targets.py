@@ -1,9 +1,7 @@
 """Expected readings of the zones of a ring's sensors: the nearest body in each zone, and what a
 zone that straddles its edge sees behind it.
 
-A zone is a part of the sensor's pyramid, from the apex on. A fan of 5 by 5 rays, border included,
-measures each: its first target is the nearest ray, as the first return of a whole beam is. Bodies
-are at ``SEPARATION`` at least, or count as one target.
+The rays are those of ``zone_fan``.
 """
 
 from collections.abc import Iterator
@@ -12,19 +10,16 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.arrays import dot
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import carried_polyhedra, robot_capsules
-from ...coverage.solids.beams import Beams
 from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import Scene
+from ...simulation.twin.zone_fan import ZONE_STEPS, fan_places, fan_rays, zone_targets
+from ...simulation.twin.zone_grid import zone_grid
 from .expected import beams_at, only, outside
 from .ray_fan import Hit, ball_around, hit_capsules, hit_polyhedron, ray_to_capsule
-from .zone_grid import zone_grid
 
-SEPARATION = 0.6  # m between two targets of a zone (ST, UM2884, for the VL53L5CX)
-_STEPS = 4  # between the rays of a zone, along a side
 _AT_ONCE = 1 << 7  # beams
 _NEAR = 1e-6  # m
 
@@ -61,7 +56,7 @@ def expected_zones(
     for first in range(0, len(beams), _AT_ONCE):
         some = np.arange(first, min(first + _AT_ONCE, len(beams)))
         part, of = only(beams, some), some // group.count
-        rays = _rays(part, rows, columns)
+        rays, length = fan_rays(part, fan_places(rows, columns, ZONE_STEPS))
         nearest = np.full(rays.shape[:2], np.inf)
         for middle, size, hit in _bodies(scene, poses, of, rod):
             near = np.flatnonzero(outside(part, middle) <= size + _NEAR)
@@ -69,7 +64,8 @@ def expected_zones(
                 origin = np.asarray(part.apex)[near, None]
                 distance = hit(near, origin, rays[near])
                 nearest[near] = np.minimum(nearest[near], distance)
-        found[some] = _targets(_within(part, rays, nearest), rows, columns, targets)
+        nearest = np.where(nearest <= length, nearest, np.inf)
+        found[some] = zone_targets(nearest, (rows, columns), ZONE_STEPS, targets)
     return found.reshape(shape)[which.ravel()]
 
 
@@ -86,13 +82,15 @@ def zones_of_rods(
     """
     rows, columns = zone_grid(setup.groups[ring].sensor)
     beam = only(beams_at(scene, _alone(setup, ring), q[None]), [sensor])
-    rays, origin = _rays(beam, rows, columns), np.asarray(beam.apex)[:, None]
+    rays, length = fan_rays(beam, fan_places(rows, columns, ZONE_STEPS))
+    origin = np.asarray(beam.apex)[:, None]
     start, end, radius = (np.asarray(a) for a in rods.arrays())
     found = np.empty((len(start), rows, columns))
     for first in range(0, len(start), _AT_ONCE):
         some = slice(first, first + _AT_ONCE)
         distance = ray_to_capsule(origin, rays, start[some], end[some], radius[0])
-        found[some] = _targets(_within(beam, rays, distance), rows, columns, 1)[..., 0]
+        distance = np.where(distance <= length, distance, np.inf)
+        found[some] = zone_targets(distance, (rows, columns), ZONE_STEPS, 1)[..., 0]
     return found
 
 
@@ -100,42 +98,6 @@ def _alone(setup: Setup, ring: int) -> Setup:
     """Return a setup of one of the rings or single sensors."""
     rings = setup.rings[ring : ring + 1]
     return Setup(rings) if rings else Setup((), setup.singles[ring - len(setup.rings) :][:1])
-
-
-def _rays(beams: Beams, rows: int, columns: int) -> Float[np.ndarray, "B N 3"]:
-    """Return unit rays, from the upper left of each picture on, row by row."""
-    up = np.linspace(1, -1, _STEPS * rows + 1)
-    left = np.linspace(1, -1, _STEPS * columns + 1)  # along up x axis, which points left
-    at = np.stack(np.meshgrid(left, up), axis=-1).reshape(1, -1, 2)
-    way = beams.ways(np.arange(len(beams)), np.repeat(at, len(beams), axis=0))
-    unit: np.ndarray = way / np.sqrt(dot(way, way))[..., None]
-    return unit
-
-
-def _within(
-    beams: Beams, rays: Float[np.ndarray, "#B N 3"], distance: Float[np.ndarray, "B N"]
-) -> Float[np.ndarray, "B N"]:
-    """Return the distances of hits in the beams' range, infinite for others; one beam serves for
-    all hits.
-    """
-    along = distance * dot(rays, np.asarray(beams.axis)[:, None])
-    return np.where(along <= np.asarray(beams.range_m)[:, None], distance, np.inf)
-
-
-def _targets(
-    distance: Float[np.ndarray, "B N"], rows: int, columns: int, targets: int
-) -> Float[np.ndarray, "B r c t"]:
-    """Return the targets of each zone, from the distances of its rays; neighbours share the rays
-    of their common border.
-    """
-    picture = distance.reshape(len(distance), _STEPS * rows + 1, _STEPS * columns + 1)
-    windows = np.lib.stride_tricks.sliding_window_view(picture, (_STEPS + 1,) * 2, axis=(1, 2))
-    left = windows[:, ::_STEPS, ::_STEPS].reshape(len(distance), rows, columns, -1)
-    each = []
-    for _ in range(targets):
-        each.append(left.min(axis=-1))
-        left = np.where(left > each[-1][..., None] + SEPARATION, left, np.inf)
-    return np.stack(each, axis=-1)
 
 
 def _bodies(

@@ -9,9 +9,9 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
+from ...simulation.twin.zone_grid import GridTurn, every_turn, zone_grid, zoned
 from ..mount.mounting_error_model import LIMITS, free, moved
 from ..mount.ring_fit import RingFit
-from ..sensing.zone_grid import GridTurn, every_turn, zone_grid, zoned
 from .world import DEAD, World
 
 # minimum of sensors of a ring, to distinguish a swap or a reversed order from a rotation

@@ -10,10 +10,10 @@ from jaxtyping import Float, Int
 from ...coverage.rings.ring import Setup
 from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import Scene
+from ...simulation.twin.noise import Noise
+from ...simulation.twin.zone_grid import GridTurn, stated_turn, zoned
 from ..sensing.expected import expected
-from ..sensing.noise import Noise
 from ..sensing.readings import FAILED, Readings
-from ..sensing.zone_grid import GridTurn, stated_turn, zoned
 from ..sensing.zone_targets import expected_zones
 
 DEAD = -1  # the seat of a sensor that never answers

@@ -14,8 +14,8 @@ from jaxtyping import Integer
 
 from ...formats.export.ros2_bag import JOINTS, POINTS, RANGE, TEXT
 from ...formats.ring_frame import MOST_ZONES as MOST_OF_FRAME
+from ...formats.ring_status import known_status
 from ..rings.protocol import Status
-from ..rings.status import known_status
 from .messages import FARTHEST, JointMessage, Message, RangeMessage, StepMessage, ranged
 
 MOST_ZONES = 4096  # of one sensor

@@ -8,7 +8,9 @@ from jaxtyping import Float, Int
 
 from ...coverage.detection.pieces import TestPiece
 from ...simulation.human import Bones
-from .twin import Seen, Twin, TwinBody, facing
+from ...simulation.twin.bodies import axes_along
+from ...simulation.twin.world import TwinBody
+from .twin import Seen, Twin, facing
 
 PLATE, UPRIGHT = 0, 1
 _THIN = 5e-4  # m, half the thickness of a plate
@@ -37,11 +39,11 @@ def trial(twin: Twin, piece: TestPiece, centre: Float[np.ndarray, " 3"]) -> Piec
     plates = []
     for k in near:
         slim = piece.width_m <= piece.height_m
-        twin.put(PLATE, centre, facing(twin.eyes[k], centre, slim))
-        twin.place()
+        twin.world.put(PLATE, centre, facing(twin.eyes[k], centre, slim))
+        twin.world.place()
         plates.append((k, twin.light(k, PLATE)))
-    twin.put(UPRIGHT, centre, np.eye(3))
-    twin.place()
+    twin.world.put(UPRIGHT, centre, np.eye(3))
+    twin.world.place()
     return PieceSeen(twin.seen(plates), twin.seen([(k, twin.light(k, UPRIGHT)) for k in near]))
 
 
@@ -57,18 +59,10 @@ def walker(twin: Twin, bones: Bones, moments: Int[np.ndarray, " M"]) -> list[See
     for t in moments:
         centre = (bones.start[t] + bones.end[t]) / 2
         for i, way in enumerate(bones.end[t] - bones.start[t]):
-            twin.put(i, centre[i], _along(way))
-        twin.place()
+            twin.world.put(i, centre[i], axes_along(way))
+        twin.world.place()
         middle = (centre.min(axis=0) + centre.max(axis=0)) / 2
         reach = np.linalg.norm(bones.end[t] - bones.start[t], axis=1) / 2 + bones.radius
         radius = float((np.linalg.norm(centre - middle, axis=1) + reach).max())
         results.append(twin.seen([(k, twin.light(k)) for k in twin.near(middle, radius)]))
     return results
-
-
-def _along(way: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
-    """Return axes of which the third points along ``way``."""
-    z = way / np.linalg.norm(way)
-    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z], axis=1)

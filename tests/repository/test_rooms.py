@@ -29,8 +29,8 @@ MAY = {
     "coverage": set(),
     "objectives": {"coverage"},
     "placement": BASE,
-    "simulation": BASE,
     "formats": BASE,
+    "simulation": {*BASE, "formats"},
     "reporting": SHARED - {"placement", "reporting"},
     "viewer": SHARED,
     "studies": SHARED,
@@ -171,7 +171,7 @@ def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
     used = set().union(*by_room.values())
     rare = bags | cluster | mujoco | rig
     assert used <= core | rare
-    rooms = {"rig", "formats"}, {"studies"}, {"formats", "studies"}, {"rig"}
+    rooms = {"rig", "formats"}, {"studies"}, {"simulation", "formats"}, {"rig"}
     for extra, where in zip((bags, cluster, mujoco, rig), rooms, strict=True):
         assert {room for room, dists in by_room.items() if dists & extra} == where
     assert core <= used

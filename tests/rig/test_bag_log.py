@@ -19,10 +19,10 @@ from place_rings.formats.sensors.sensor_frames import looking_along, sensor_fram
 from place_rings.rig.check.bag_log import write_bag, zone_points
 from place_rings.rig.rings.protocol import Frame, Status
 from place_rings.rig.rings.zones import Zones
-from place_rings.rig.sensing.zone_grid import TURNS_DEG
 from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.sources.ring_track import RingTrack
 from place_rings.rig.sources.ros_messages import DECODERS
+from place_rings.simulation.twin.zone_grid import TURNS_DEG
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 

@@ -26,11 +26,11 @@ from place_rings.rig.robot import primary_interface
 from place_rings.rig.robot.controller_line import UnreadError
 from place_rings.rig.robot.dashboard import read_model
 from place_rings.rig.robot.primary_interface import packed, read_kinematics, unpacked
-from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated.arm import Arm
 from place_rings.rig.simulated.controller import PERIOD, Controller
 from place_rings.rig.simulated_cell.world import World
+from place_rings.simulation.twin.noise import Noise
 
 from ..support.refusals import refused
 from ..support.sockets import serve_once

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.formats.ring_status import CHIPS, likely_chip
 from place_rings.rig.check.doubt import KINDS, MOST, doubt
 from place_rings.rig.poses.clear import drawn
 from place_rings.rig.rings.protocol import Status, encode
-from place_rings.rig.rings.status import CHIPS, likely_chip
 from place_rings.rig.sensing.expected import expected
-from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import WEAK
 from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.world import World
+from place_rings.simulation.twin.noise import Noise
 
 from ..support.drawing import seeds
 from .cell import SCENE, SETUP

@@ -23,9 +23,9 @@ from place_rings.rig.mount.solve import Read, solve
 from place_rings.rig.mount.stop_plan import MountPlanFile, planned
 from place_rings.rig.poses.clear import clear, drawn, gaps
 from place_rings.rig.sensing.expected import CELL, expected
-from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import VALID, WEAK, at_stops
 from place_rings.rig.simulated_cell.world import DEAD, World
+from place_rings.simulation.twin.noise import Noise
 
 from ..support.drawing import seeds
 from ..support.refusals import refused

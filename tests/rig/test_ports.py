@@ -14,10 +14,10 @@ from place_rings.rig.check.preconditions import require_ports
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.poses.clear import drawn
 from place_rings.rig.rings.protocol import Counts
-from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.world import World
+from place_rings.simulation.twin.noise import Noise
 
 from ..support.refusals import refused
 from .cell import SCENE

@@ -21,9 +21,9 @@ from place_rings.rig.rod.rod import CLEAR, Rod, RodCriterion, placeable, seen
 from place_rings.rig.rod.trial_plan import RodPlanFile, Stratum, places, plan_rod, rod_zeta
 from place_rings.rig.rod.trial_sheets import rod_pages, write_rod_pages
 from place_rings.rig.sensing.expected import ROD, expected
-from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import FAILED, NO_TARGET, VALID, at_stops, joined
 from place_rings.rig.simulated_cell.world import DEAD, World
+from place_rings.simulation.twin.noise import Noise
 
 from ..support.drawing import seeds
 from ..support.refusals import refused

@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.fit_record import truth_of
-from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated.process import PREFIX, RunFolder, sweep
 from place_rings.rig.simulated_cell.ground_truth import injected
 from place_rings.rig.simulated_cell.simulated_time import BUSY, Lateness, Pace, mount_check
 from place_rings.rig.simulated_cell.world import World
+from place_rings.simulation.twin.noise import Noise
 from scipy import stats
 
 from ..support.drawing import seeds

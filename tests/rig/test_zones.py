@@ -38,12 +38,13 @@ from place_rings.rig.rod.coverage_estimate import check_rod
 from place_rings.rig.rod.rod import Rod, RodCriterion, seen
 from place_rings.rig.rod.trial_plan import RodPlan, Stratum, Trial
 from place_rings.rig.sensing.expected import expected
-from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import Readings, Stops
-from place_rings.rig.sensing.zone_grid import GridTurn, every_turn
-from place_rings.rig.sensing.zone_targets import SEPARATION, expected_zones
+from place_rings.rig.sensing.zone_targets import expected_zones
 from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated_cell.world import World
+from place_rings.simulation.twin.noise import Noise
+from place_rings.simulation.twin.zone_fan import SEPARATION
+from place_rings.simulation.twin.zone_grid import GridTurn, every_turn
 
 from .cell import SCENE
 from .tape import about_file, assessed, record

@@ -11,9 +11,10 @@ from place_rings.coverage.detection.detection import Detection, reach
 from place_rings.coverage.detection.pieces import PIECES
 from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import Sensor, effective
-from place_rings.studies.detection.rays import ROUND, rays_of
+from place_rings.simulation.twin.light_rays import ROUND, rays_of
+from place_rings.simulation.twin.world import TwinBody
 from place_rings.studies.detection.trials import piece_bodies, trial
-from place_rings.studies.detection.twin import Twin, TwinBody
+from place_rings.studies.detection.twin import Twin
 from place_rings.studies.engine.scenes import scene_from, setup_from
 from scipy.stats import norm
 
@@ -37,8 +38,8 @@ def at(twin, depth, across=0.0, up=0.0):
 
 def shown(twin, centre):
     """The light that returns from the first body, level with the sensor, at a place."""
-    twin.put(0, centre, twin.eyes[0].frame)
-    twin.place()
+    twin.world.put(0, centre, twin.eyes[0].frame)
+    twin.world.place()
     return twin.light(0)
 
 

@@ -14,7 +14,7 @@ _ROW, _LEAST = 48, 2  # rays along a side of a square beam, at least; along a si
 _GOLDEN = math.pi * (3 - math.sqrt(5))
 
 
-class Rays(NamedTuple):
+class LightRays(NamedTuple):
     """R rays from a sensor's apex; its frame has the axis along z, and ``up`` along y."""
 
     direction: Float[np.ndarray, "R 3"]
@@ -25,7 +25,7 @@ class Rays(NamedTuple):
     """Number of zones."""
 
 
-def rays_of(sensor: Sensor, rows: int, rng: np.random.Generator) -> Rays:
+def rays_of(sensor: Sensor, rows: int, rng: np.random.Generator) -> LightRays:
     """Return rays through all zones of a sensor whose beam is a cone or a pyramid.
 
     Those of a round beam lie on a spiral that is turned at random; those of a square zone one in
@@ -56,6 +56,6 @@ def rays_of(sensor: Sensor, rows: int, rng: np.random.Generator) -> Rays:
     return _rays(x, y, j // m * columns + i // n, columns * rows)
 
 
-def _rays(x: np.ndarray, y: np.ndarray, zone: np.ndarray, zones: int) -> Rays:
+def _rays(x: np.ndarray, y: np.ndarray, zone: np.ndarray, zones: int) -> LightRays:
     direction = np.stack([x, y, np.ones_like(x)], axis=1)
-    return Rays(direction / np.linalg.norm(direction, axis=1, keepdims=True), zone, zones)
+    return LightRays(direction / np.linalg.norm(direction, axis=1, keepdims=True), zone, zones)

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from pydantic import Field
 
 from ...coverage.definitions.definition import definition
-from .readings import NO_TARGET, VALID
+from ...formats.ring_status import Status
 
 _Share = Annotated[float, Field(ge=0, le=1)]
 
@@ -48,7 +48,8 @@ class Noise:
         told = exact + rng.normal(size=distance.shape) * np.hypot(self.sigma, self.share * exact)
         if self.quantum > 0:
             told = np.round(told / self.quantum) * self.quantum
-        return np.where(seen, np.maximum(told, 0.0), np.nan), np.where(seen, VALID, NO_TARGET)
+        status = np.where(seen, Status.VALID, Status.NO_TARGET)
+        return np.where(seen, np.maximum(told, 0.0), np.nan), status
 
 
 USUAL_NOISE = Noise()
