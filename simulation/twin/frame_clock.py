@@ -55,9 +55,8 @@ def frame_clock(scene: Scene, setup: Setup, schedule: FiringSchedule | None = No
     number = {label: k for k, label in enumerate(setup.labels)}
     for group in () if schedule is None else schedule.groups:
         for slot in group.slots:
-            for label in slot.sensors:
-                if (k := number.get(tuple(label))) is None:
-                    ring, sensor = label
+            for ring, sensor in slot.sensors:
+                if (k := number.get((ring, sensor))) is None:
                     raise ValueError(f"found sensor {sensor} of ring {ring}, which the setup lacks")
                 period[k], first[k] = group.period_s, slot.start_s
     return FrameClock(period, first)

@@ -65,8 +65,8 @@ class Look:
         """Return the distances of the targets of each zone, nearest first, from those of the rays,
         m; infinite without a target. The zones are in the order of a frame."""
         grid = zone_targets(distance, self.grid, self.steps, self.targets, self.separation)
-        arrived = np.moveaxis(self.turn.arrives(np.moveaxis(grid, -1, 1)), 1, -1)
-        return arrived.reshape(len(distance), self.zones, self.targets)
+        arrived: np.ndarray = np.moveaxis(self.turn.arrives(np.moveaxis(grid, -1, 1)), 1, -1)
+        return np.reshape(arrived, (len(distance), self.zones, self.targets))
 
 
 def looks(setup: Setup, finer: int = 1) -> list[Look]:

@@ -72,8 +72,10 @@ class SensorTwin:
     seed: int = 0
     own: bool = True
     """Whether the model is the scene's own, so that its keyframe is the pose."""
-    _shown: "_Frames" = field(init=False, repr=False)
-    _taken: "_Frames" = field(init=False, repr=False)
+    _shown: "_Frames" = field(init=False, repr=False)  # that have arrived
+    _taken: "_Frames" = field(init=False, repr=False)  # under way
+    _number: Int[np.ndarray, " K"] = field(init=False, repr=False)  # of the latest measurement
+    _now: float = field(init=False, repr=False)  # at the latest reading
 
     def __post_init__(self) -> None:
         """Start at the first pose."""

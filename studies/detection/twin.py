@@ -73,7 +73,7 @@ class Twin:
     def light(self, k: int, group: int = 0) -> Float[np.ndarray, " Z"]:
         """Return the light that returns from the bodies of a group into each zone of sensor ``k``,
         over that of a target at the range R that fills the zone."""
-        reach, least = self._needs.reach[k], self._needs.least[k]
+        reach, least = float(self._needs.reach[k]), float(self._needs.least[k])
         return self.eyes[k].light(self.world, [BODIES + group], reach, least)
 
     def near(self, centre: Float[np.ndarray, " 3"], radius: float) -> list[int]:
