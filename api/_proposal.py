@@ -12,11 +12,13 @@ from .coverage.rings.sensor_records import sensor_records
 from .formats.schema.proposal_models import ProposalFile, SearchFile
 from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion
+from .objectives.object_bounds import SmallestObject
+from .objectives.options import ObjectOptions
 from .objectives.pose_subset import MANY
 from .objectives.robustness import RingSensitivity
 from .objectives.scene import Scene
 from .objectives.verified import Verified
-from .objectives.verify import Verifier
+from .objectives.verify import VOXEL, Verifier
 from .placement.bound.coverage_bound import CoverageBound
 from .placement.search.progress import Outcome
 from .placement.search.result import FewestRings, Reach, RepeatedSearch, SearchResult
@@ -125,13 +127,24 @@ class Proposal(Counted):
         return self.search
 
     @cached_property
+    def objects(self) -> tuple[SmallestObject | None, ...]:
+        """The largest unseen objects of each target that states the largest gap, with the verdict;
+        None for other targets."""
+        from .objectives.smallest_object import smallest_objects
+
+        side = self._verifier.voxel or VOXEL
+        with input_errors():
+            return smallest_objects(self.scene, self.setup, side, ObjectOptions())
+
+    @cached_property
     def records(self) -> tuple[Verified, ...]:
         """ζ of each target in percent under all occlusion models, as ``save`` writes it."""
         from .reporting.comparison import counted
 
         goals = [goal.target for goal in self.scene.targets]
         known = {(self.name, v.target): v for v in self.each}
-        return tuple(counted(self._verifier, {self.name: self.setup}, goals, goals, known))
+        each = counted(self._verifier, {self.name: self.setup}, goals, goals, known)
+        return tuple(self._with_objects(list(each)))
 
     def compare(self, progress: Callable[[int, int], None] | None = None) -> list[Verified]:
         """Count ζ of the proposal and of the paper's layouts for the scene's targets, by the same
@@ -216,9 +229,16 @@ class Proposal(Counted):
         )
 
     def own_records(self, comparison: Sequence[Verified]) -> list[Verified]:
-        """Return the records of a comparison that concern the proposal and its scene's targets."""
+        """Return the records of a comparison that concern the proposal and its scene's targets,
+        with the verdict on their largest gaps unless Ctrl-C came."""
         goals = {g.target.key for g in self.scene.targets}
-        return [r for r in comparison if r.setup == self.name and r.key in goals]
+        own = [r for r in comparison if r.setup == self.name and r.key in goals]
+        return own if self.outcome is Outcome.INTERRUPTED else self._with_objects(own)
+
+    def _with_objects(self, records: Sequence[Verified]) -> list[Verified]:
+        keys = [goal.target.key for goal in self.scene.targets]
+        objects = dict(zip(keys, self.objects, strict=True))
+        return [replace(r, smallest_object=objects[r.key]) for r in records]
 
     def save(self, path: str | Path) -> Path:
         """Write the proposal as TOML. The write is atomic: an interruption leaves the old file or

@@ -22,7 +22,7 @@ from .reporting.terminal import Terminal
 if TYPE_CHECKING:
     from .reporting.setup_report.facts import Facts
 
-FILE, PDF = "report.html", "report.pdf"
+FILE, PDF, TABLE = "report.html", "report.pdf", "smallest_object.csv"
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def write_report(
     log = Terminal(stderr=True, quiet=True) if console is None else console
     with input_errors():
         browser = find_browser() if options.pdf else ""
-    with new_files(folder, FILE, PDF, keep=True) as new:
+    with new_files(folder, FILE, PDF, TABLE, keep=True) as new:
         identity = Identity(
             datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
             options.revision,
@@ -100,6 +100,7 @@ def write_report(
         facts = gather(name, placed, core, options, origin, log)
         with log.status("drawing"), TemporaryDirectory() as pictures:
             _draw(facts, Path(pictures))
+            _draw_gaps(facts, Path(pictures), new / TABLE)
             words = arguments or ("report", name)
             markdown = page(facts, words, versions(), identity)
             write_text(new / FILE, html(markdown, Path(pictures), heading(facts)))
@@ -148,3 +149,21 @@ def _draw(facts: "Facts", folder: Path) -> None:
             blind_picture(folder / blind_name(n), scene, setup, blind)
     for n, link in enumerate(ringed_links(setup)):
         mounting_drawing(folder / drawing_name(n), scene, setup, link)
+
+
+def _draw_gaps(facts: "Facts", folder: Path, table: Path) -> None:
+    """Draw the largest unseen objects of each target for which they are known, and write their
+    table."""
+    from .reporting.setup_report.smallest_object_section import (
+        gap_maps,
+        object_name,
+        object_picture,
+        object_table,
+    )
+
+    maps = gap_maps(facts)
+    for n, (gaps, r) in enumerate(zip(maps, facts.with_objects, strict=True)):
+        if gaps is not None and r.smallest_object is not None:
+            object_picture(folder / object_name(n), facts.scene, gaps, r.smallest_object)
+    if any(gaps is not None for gaps in maps):
+        write_text(table, object_table(maps))

@@ -19,7 +19,7 @@ from .objectives.detection_share import detected
 from .objectives.object_bounds import SmallestObject
 from .objectives.options import VerifyOptions
 from .objectives.scene import Scene
-from .objectives.smallest_object import smallest_object
+from .objectives.smallest_object import smallest_objects
 from .objectives.verified import Verified, lifted
 from .objectives.verify import VOXEL, Verifier
 from .objectives.verify_breakdown import calibration_effect
@@ -139,13 +139,7 @@ def verify(call: VerifyCall) -> Coverage:
             each = tuple(
                 replace(v, detection=detected(verifier, placed, v.target, question)) for v in each
             )
-        side, at = voxel or VOXEL, verifier.at
-        objects = tuple(
-            smallest_object(core, placed, goal, side, call.rod_length, at)
-            if call.smallest_object or goal.largest_gap is not None
-            else None
-            for goal in core.targets
-        )
+        objects = smallest_objects(core, placed, voxel or VOXEL, call, verifier.at)
     return Coverage(placed, core, each, name, objects, verifier=verifier)
 
 

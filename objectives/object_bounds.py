@@ -1,4 +1,4 @@
-"""Records of the largest objects of a target that no sensor sees."""
+"""Records of the largest objects about the places of a target that no sensor sees."""
 
 from collections.abc import Sequence
 from typing import Annotated, Literal
@@ -11,6 +11,8 @@ from ..coverage.definitions.units import Millimetres
 from ..coverage.voxels.largest_object import LargestObject
 
 Verdict = Literal["pass", "fail", "not known"]
+MOST = 1.0
+"""Diameter above which objects are not told apart, m: a crouching person is smaller."""
 
 
 @definition(kw_only=True)
@@ -18,13 +20,18 @@ class ObjectBounds:
     """Bounds of the diameter of the largest unseen object of a shape."""
 
     low: Annotated[float, Millimetres("low_mm")]
-    """Diameter of an unseen object that was found, m; 0: none."""
+    """Diameter of an unseen object that was found, m; 0: none, 1 m: that or more."""
     high: Annotated[float, Millimetres("high_mm")]
-    """Diameter above which no object is unseen, m: proved."""
+    """Diameter above which no object is unseen, m: proved, but 1 m stands for that or more."""
     pose: Annotated[int, Field(ge=0)]
     """The pose of the found object."""
     centre: Items[float] | None = None
     """Centre of the found object, m; none without one."""
+
+    @property
+    def open(self) -> bool:
+        """Whether the object may have any size from ``low`` on."""
+        return self.high >= MOST
 
     @staticmethod
     def of(largest: LargestObject, pose: int) -> "ObjectBounds":
@@ -42,7 +49,7 @@ class ObjectBounds:
 
 @definition(kw_only=True)
 class SmallestObject:
-    """The largest objects of a target that no sensor sees, over all poses."""
+    """The largest objects about the places of a target that no sensor sees, over all poses."""
 
     sphere: ObjectBounds
     """The largest unseen sphere at the worst pose."""

@@ -13,7 +13,19 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class VerifyOptions(Options):
+class ObjectOptions(Options):
+    """Options of the bounds of unseen objects."""
+
+    smallest_object: bool = False
+    """Bound the largest unseen sphere and vertical rod with their centre in each target (d_e of ISO
+    13855:2024, as geometry)."""
+    # our assumption: about the length of a forearm
+    rod_length: Annotated[float, Number("0.05 to 3 (m)", ge=0.05, le=3)] = 0.3
+    """With ``smallest_object``: length of the rod in metres."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerifyOptions(ObjectOptions):
     """Options of a count, or of a guaranteed interval."""
 
     voxel: Annotated[float | None, Number("a positive number of metres", gt=0)] = None
@@ -30,12 +42,6 @@ class VerifyOptions(Options):
     memory: Annotated[float | None, Number("GB, 0.01 or more", ge=0.01)] = None
     """Memory for sets of voxels in GB; larger sets are processed in parts. Default: half of the
     free memory."""
-    smallest_object: bool = False
-    """Bound the largest sphere and the largest vertical rod that are unseen in each target (d_e of
-    ISO 13855:2024, as geometry)."""
-    # our assumption: about the length of a forearm
-    rod_length: Annotated[float, Number("0.05 to 3 (m)", ge=0.05, le=3)] = 0.3
-    """With ``smallest_object``: length of the rod in metres."""
 
     def __post_init__(self) -> None:
         """Raise InputError for values out of range, or a width of a count."""
@@ -98,7 +104,7 @@ class FiringOptions(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReportOptions(Options):
+class ReportOptions(ObjectOptions):
     """Options of a report."""
 
     draws: Draws = 100

@@ -1,17 +1,17 @@
 """The smallest object that is seen at each place: the largest sphere and the largest vertical rod
-that can be in a target unseen.
+about it that no sensor sees.
 
 ISO 13855:2024 calls the size from which on objects are detected the effective detection capability
-d_e. Here it is geometry: an object larger than the largest unseen one is in some beam wherever it
-is in the target. An object may not reach into the robot or an obstacle, nor out of the target.
-Mounted rings are no obstacle. Each pose counts by itself, and the worst one decides: an object that
-is seen at another pose of a motion is unseen at this one.
+d_e. Here it is geometry: an object larger than the largest unseen one is in some beam wherever its
+centre is in the target. It may stick out of the target, but not reach into the robot or an
+obstacle. Mounted rings are no obstacle. Each pose counts by itself, and the worst one decides: an
+object that is seen at another pose of a motion is unseen at this one. Objects of more than 1 m are
+not told apart.
 """
 
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -19,48 +19,61 @@ from jaxtyping import Float
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import robot_capsules
-from ..coverage.solids.base import Difference
+from ..coverage.robots.link_bodies import carried_polyhedra, robot_capsules
+from ..coverage.solids.base import Solid, Union
+from ..coverage.solids.polyhedra import polyhedra
+from ..coverage.targets.named import Near
+from ..coverage.targets.posed_robot import robot_curve
 from ..coverage.targets.target import Target
-from ..coverage.voxels.largest_object import BALL, ObjectShape, largest_object
-from ..coverage.voxels.unseen_cells import CellGrid, UnseenSpace
-from .object_bounds import ObjectBounds, SmallestObject, verdict_of
+from ..coverage.voxels.largest_object import largest_object
+from ..coverage.voxels.object_room import BALL, ObjectShape, TargetCells, UnseenSpace
+from .object_bounds import MOST, ObjectBounds, SmallestObject, verdict_of
 from .occlusion import sight
+from .options import ObjectOptions
 from .scene import Scene
 from .verify import Verifier
 
 WIDTH = 0.002  # m, of an interval of a diameter
+SIDE = 0.02  # m, smallest side of the cells with which the work starts
 _FINEST = 0.0005  # m, side of the smallest cells
 _MOST_CELLS = 1 << 21  # cells of the grid on which the work starts
 _ALONG = 100  # points of a zone's ray that are examined
 
 
-@dataclass(frozen=True)
-class PosedSpace:
-    """The unseen space of a target at a pose."""
+def bodies_of(scene: Scene, pose: int, box: Float[np.ndarray, "2 3"]) -> Solid:
+    """Return where no object may be at a pose, in a box (2, 3) m: the robot, what it carries, and
+    the obstacles. A robot without bodies is its V_R."""
+    q, robot = scene.poses[pose].q, scene.robot
+    if robot.bodies:
+        own: Solid = robot_capsules(robot, forward(robot.chain, q))
+    else:
+        shape = scene.curve
+        own = robot_curve(robot, q, shape).tube(shape.robot_radius, shape.points_per_bend)
+    others = (*(o.body for o in scene.obstacles), *carried_polyhedra(robot, q))
+    return Union(own, polyhedra(others, box)) if others else own
 
-    space: UnseenSpace
-    grid: CellGrid
-    """Its cells of one level."""
 
-
-def unseen_space(scene: Scene, setup: Setup, target: Target, pose: int, side: float) -> PosedSpace:
-    """Return the part of a target at a pose that no sensor sees, in cells of ``side`` m or more.
+def unseen_space(
+    scene: Scene, setup: Setup, target: Target, pose: int, side: float, rod_length: float
+) -> TargetCells:
+    """Return what bodies and sensors leave about a target at a pose, in cells of ``side`` m or
+    more.
 
     Raises:
         ValueError: if the target is empty.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
     q, solid = scene.poses[pose].q, scene.solid(target, pose)
-    if scene.robot.bodies and "V_N" not in target.names:  # V_N has its own bodies subtracted
-        solid = Difference(solid, robot_capsules(scene.robot, forward(scene.robot.chain, q)))
     cones = sensor_cones(scene.robot, scene.with_cell(setup), q)
     seen = sight(scene, cones, q, bracketed=True)
-    box = float(np.prod(np.ptp(solid.bounds(), axis=0)))
-    side = max(side, (box / _MOST_CELLS) ** (1 / 3))
+    rim = max(MOST, rod_length) / 2
+    around = solid.bounds() + np.array([[-rim], [rim]])
+    side = max(side, (float(np.prod(np.ptp(around, axis=0))) / _MOST_CELLS) ** (1 / 3))
     levels = max(math.ceil(math.log2(side / _FINEST)), 0)
-    space = UnseenSpace.of(solid, seen, side, levels)
-    return PosedSpace(space, space.grid(levels))
+    bodies = bodies_of(scene, pose, around)
+    nearest = target.radius if isinstance(target, Near) else math.inf
+    space = UnseenSpace.about(solid, bodies, seen, side, levels, MOST / 2, rod_length, nearest)
+    return space.grid(levels)
 
 
 def smallest_object(
@@ -90,9 +103,9 @@ def smallest_object(
     side = min(side, rod_length / 2)
     for pose in range(len(scene.poses)):
         at(pose)
-        here = unseen_space(scene, setup, target, pose, side)
-        ball = largest_object(here.space, here.grid, BALL, WIDTH / 2, limit)
-        rod = largest_object(here.space, here.grid, ObjectShape(rod_length), WIDTH / 2)
+        here = unseen_space(scene, setup, target, pose, side, rod_length)
+        ball = largest_object(here, BALL, WIDTH / 2, limit)
+        rod = largest_object(here, ObjectShape(rod_length), WIDTH / 2)
         spheres.append(ObjectBounds.of(ball, pose))
         rods.append(ObjectBounds.of(rod, pose))
     sphere = ObjectBounds.worst(spheres)
@@ -106,6 +119,30 @@ def smallest_object(
         spheres=tuple(spheres),
         rods=tuple(rods),
         seconds=time.perf_counter() - start,
+    )
+
+
+def smallest_objects(
+    scene: Scene,
+    setup: Setup,
+    side: float,
+    options: ObjectOptions,
+    at: Callable[[int], None] = lambda _: None,
+) -> tuple[SmallestObject | None, ...]:
+    """Return the largest unseen objects of each goal, where the options ask for them or the goal
+    states the largest gap; None for other goals.
+
+    Args:
+        scene, setup, at: as in ``smallest_object``.
+        side: side of the voxels of a count, m; the work starts with no smaller cells than 0.02 m.
+        options: whether all goals are examined, and the length of the rod.
+    """
+    side, rod_length = max(side, SIDE), options.rod_length
+    return tuple(
+        smallest_object(scene, setup, goal, side, rod_length, at)
+        if options.smallest_object or goal.largest_gap is not None
+        else None
+        for goal in scene.targets
     )
 
 

@@ -3,6 +3,7 @@
 import shlex
 import sys
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,6 +31,7 @@ from ...reporting.lines.occlusion import (
 )
 from ...reporting.lines.results import (
     gap_line,
+    object_lines,
     protective_lines,
     reach_lines,
     sensor_lines,
@@ -66,7 +68,8 @@ def place(scene: Scene, options: SearchOptions, out: Path, as_json: bool) -> Non
     with output_files(out, *_FILES.values(), keep=True) as new:
         proposal = _searched(scene, options, log)
         comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
-        mine = proposal.own_records(comparison)
+        with log.status("bounding the largest gap") if _gapped(scene) else nullcontext():
+            mine = proposal.own_records(comparison)
         paths = {key: str(out / name) for key, name in _FILES.items()}
         record = proposal.search_file(comparison, criterion, paths)
         write_proposal(new / _FILES["proposal"], record.proposal)
@@ -84,6 +87,11 @@ def place(scene: Scene, options: SearchOptions, out: Path, as_json: bool) -> Non
     _show(proposal, record, mine, options.voxel, console)
     report = shlex.join(["place-rings", "report", paths["proposal"], "--out", str(out)])
     console.lines(*(f"  {path}" for path in paths.values()), f"For a report: {report}")
+
+
+def _gapped(scene: Scene) -> bool:
+    """Return whether a target states the largest gap."""
+    return any(goal.largest_gap is not None for goal in scene.targets)
 
 
 def _searched(scene: Scene, options: SearchOptions, console: Terminal) -> Proposal:
@@ -188,6 +196,7 @@ def _show(
         *(worst_line(r) for r in mine),
         record_line(scene),
         *protective_lines(mine, setup),
+        *object_lines(mine),
         *sensor_lines(record.sensors),
     )
     if proposal.search is not None:

@@ -46,9 +46,9 @@ class TargetTerms:
     """Relative weight in the mean over the targets; 0: only its minimum coverage counts."""
     at_least_percent: Annotated[float, Key("at_least", ge=0, le=100)] = 0.0
     """Minimum coverage that a search must keep, percent."""
-    largest_gap: Annotated[float, Millimetres("largest_gap_mm", gt=0, le=10_000)] | None = None
-    """Largest allowed diameter of a sphere in the target that no sensor sees, m; ``verify``
-    decides it, a search does not look at it."""
+    largest_gap: Annotated[float, Millimetres("largest_gap_mm", gt=0, lt=1000)] | None = None
+    """Largest allowed diameter of a sphere with its centre in the target that no sensor sees, m;
+    ``verify`` and a search's answer say whether it is kept."""
 
 
 @definition(kw_only=True)

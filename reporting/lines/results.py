@@ -114,13 +114,16 @@ def object_lines(results: Sequence[Verified]) -> list[str]:
 
 def bounds_text(shape: str, bounds: ObjectBounds) -> str:
     """Return the bounds of the largest unseen object in words, rounded outward to tenths of mm."""
+    if bounds.centre is None and not bounds.open:
+        return f"no {shape} of more than ⌀ {math.ceil(1e4 * bounds.high) / 10:.1f} mm"
+    place = ", ".join(f"{x:.3f}" for x in bounds.centre or ())
+    return f"the largest {shape} has ⌀ {diameter_text(bounds)} (at {place} m, pose {bounds.pose})"
+
+
+def diameter_text(bounds: ObjectBounds) -> str:
+    """Return the interval of a diameter, rounded outward to tenths of mm."""
     low, high = math.floor(1e4 * bounds.low) / 10, math.ceil(1e4 * bounds.high) / 10
-    if bounds.centre is None:
-        return f"no {shape} of more than ⌀ {high:.1f} mm"
-    place = ", ".join(f"{x:.3f}" for x in bounds.centre)
-    return (
-        f"the largest {shape} has ⌀ {low:.1f} to {high:.1f} mm (at {place} m, pose {bounds.pose})"
-    )
+    return f"{low:.1f} mm or more" if bounds.open else f"{low:.1f} to {high:.1f} mm"
 
 
 def gap_verdict(objects: SmallestObject) -> str:
@@ -128,7 +131,7 @@ def gap_verdict(objects: SmallestObject) -> str:
     limit = f"no unseen sphere may have more than ⌀ {1000 * (objects.largest_gap or 0):g} mm"
     verdicts = {
         "pass": "kept, proved",
-        "fail": "violated, see the place above",
+        "fail": f"violated, one has ⌀ {math.floor(1e4 * objects.sphere.low) / 10:.1f} mm",
         "not known": "not decided, the bounds contain it",
     }
     return f"{limit}: {verdicts[objects.verdict or 'not known']}"

@@ -19,6 +19,7 @@ from ...objectives.options import FiringOptions, ReportOptions, RobustnessOption
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.robustness import RingSensitivity, Robustness, robustness
 from ...objectives.scene import Scene
+from ...objectives.smallest_object import smallest_objects
 from ...objectives.verified import CalibrationEffect, Verified
 from ...objectives.verify import Verifier
 from ...objectives.verify_breakdown import calibration_effect
@@ -90,6 +91,13 @@ class Facts:
             for question in QUESTIONS
             for r in self.own
         ]
+
+    @cached_property
+    def with_objects(self) -> list[Verified]:
+        """The goals' records, with the largest unseen objects where the options ask for them or the
+        target states the largest gap."""
+        each = smallest_objects(self.scene, self.setup, self.voxel, self.options)
+        return [replace(r, smallest_object=o) for r, o in zip(self.own, each, strict=True)]
 
     @property
     def own(self) -> list[Verified]:

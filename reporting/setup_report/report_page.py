@@ -19,6 +19,7 @@ from .facts import Facts
 from .firing_section import firing_section
 from .mounting_guide import mounting
 from .scene_section import definition_section, scene_section
+from .smallest_object_section import smallest_object_section
 from .verdicts import overall, verdicts
 
 PICTURE = "placement.png"
@@ -103,8 +104,9 @@ _ASKED = (
     "--out",
     "--require",
     "--revision",
+    "--rod-length",
 )
-_FLAGS = ("--pdf", "--json")
+_FLAGS = ("--pdf", "--json", "--smallest-object")
 
 
 def _listed_versions(versions: Mapping[str, str]) -> str:
@@ -178,6 +180,7 @@ def page(
         scene_section(f),
         blind_spot_section(f),
         coverage_section(f),
+        smallest_object_section(f),
         detection_section(f),
         separation_section(f),
         robustness_section(f),

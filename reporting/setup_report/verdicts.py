@@ -7,13 +7,15 @@ from typing import Literal
 from ...coverage.electronics.electronics import limit_text, unknown_reason
 from ...formats.schema.written_models import VerdictModel
 from ...objectives.feasibility.violations import ELECTRONICS
+from ...objectives.object_bounds import Verdict
+from ..lines.results import gap_verdict
 from ..tables import target_label
 from ..text import counted
 from .cable_section import arm_power, wirings
 from .facts import Facts, requirement_sentence
 
 Question = Literal["mountable", "wireable", "powered", "covered"]
-State = Literal["pass", "fail", "not known"]
+State = Verdict
 
 
 def verdicts(f: Facts) -> tuple[VerdictModel, ...]:
@@ -89,9 +91,18 @@ def _powered(f: Facts) -> tuple[State, str]:
 
 
 def _covered(f: Facts) -> tuple[State, str]:
-    if f.required:
-        state: State = "pass" if all(one.passes for one in f.required) else "fail"
-        return state, "; ".join(requirement_sentence(one) for one in f.required)
+    stated: list[tuple[State, str]] = [
+        ("pass" if one.passes else "fail", requirement_sentence(one)) for one in f.required
+    ]
+    stated += [
+        (o.verdict, f"{target_label(r)}: {gap_verdict(o)}")
+        for r in f.with_objects
+        if (o := r.smallest_object) is not None and o.verdict is not None
+    ]
+    if stated:
+        states = {state for state, _ in stated}
+        worst = next(s for s in ("fail", "not known", "pass") if s in states)
+        return worst, "; ".join(text for _, text in stated)
     counts = ", ".join(f"{target_label(r)}: {100 * r.zeta:.2f} %" for r in f.own)
     how = "state one as --require V_S:0.5=90"
     return "not known", f"no requirement is stated ({how}); counted: {counts}"
