@@ -9,7 +9,8 @@ each test holds for all places of a cell of the grid together, so that it errs t
 * A body occludes a point if it does so for the whole ball about the cell, that is, if the cell's
   middle lies deeper in the body's shadow from the point than the ball's radius (the shadow's
   function is 1-Lipschitz).
-* First returns (``blind``) hide at least what shadows hide, so shadows stand for both.
+* Sensors whose targets bodies take (``returns``, ``blind``) cover no point that ``shadow`` does
+  not, so shadows stand for all three.
 
 What remains is the Monte Carlo error of the points, and of the poses where a scene has many.
 """

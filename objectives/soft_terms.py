@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..coverage.arrays import Array
-from ..coverage.occlusion.occlusion_mode import Occlusion
+from ..coverage.occlusion.occlusion_mode import REPORTING, Occlusion
 from ..coverage.rings.mounting_errors import Misplaced, misplaced
 from ..coverage.rings.ring_kinematics import (
     RingArrays,
@@ -239,15 +239,14 @@ class SoftTerms:
         if bodies is not None:
             radius = jnp.broadcast_to(bodies.radius, bodies.start.shape[:-1])
             bodies = Capsules(jnp.asarray(bodies.start), jnp.asarray(bodies.end), radius)
-        blind = self.occlusion == "blind"
-        if not blind and not self.obstacles:
+        if self.occlusion not in REPORTING and not self.obstacles:
             return Occluding(jax.tree.map(lambda a: jnp.stack([a] * mountings), bodies))
         frames = jnp.asarray(self.frames)
         seats = seen_from(arrays, self._mounted(arrays, values), frames, bool(arrays.beams.which))
 
         def at_pose(bodies: Any, solids: Any, seats: Any) -> Occluding:
             cones, obstacles = arrays.beams.solids(*seats), [Polyhedron(*one) for one in solids]
-            return occluding(cones, bodies, obstacles, blind, width)
+            return occluding(cones, bodies, obstacles, self.occlusion, width)
 
         axes = (0, [(0, 0, 0, None)] * len(self.obstacles), 0)
         everywhere = jax.vmap(jax.vmap(at_pose, axes), (None, None, 0))

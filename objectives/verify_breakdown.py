@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, Occlusion
+from ..coverage.occlusion.occlusion_mode import OCCLUSIONS, ONE_TARGET, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_axes
 from ..coverage.robots.kinematics import forward
@@ -25,10 +25,14 @@ def by_occlusion(
     """Return counts of ``setup`` for the target of ``known`` under occlusion models.
 
     All are counted on the same voxels; the result for the scene's own model is taken from
-    ``known``. The dictionary is empty if the robot has no bodies or the rule is ``certified``: an
-    interval holds for one model only.
+    ``known``. Sensors of one target leave out ``returns``, which is ``blind`` for them. The
+    dictionary is empty if the robot has no bodies or the rule is ``certified``: an interval holds
+    for one model only.
     """
     scene = verifier.scene
+    sensors = [group.sensor for group in scene.with_cell(setup).groups]
+    several = any(len(sensor.separations) > 1 and not sensor.zoned for sensor in sensors)
+    differing = OCCLUSIONS if several else (*ONE_TARGET, scene.occlusion)
     if not scene.robot.bodies or verifier.rule == "certified":
         return {}
     return {
@@ -38,6 +42,7 @@ def by_occlusion(
             else verifier.under(occlusion).verify(setup, known.target)
         )
         for occlusion in models
+        if occlusion in differing
     }
 
 

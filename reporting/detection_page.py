@@ -111,9 +111,12 @@ def _stopping(r: SafetyResult) -> str:
 
 
 def _in_the_way(r: SafetyResult) -> str:
-    blind = " and blinds one-zone sensors whose beams it enters" if r.occlusion == "blind" else ""
+    also = {
+        "blind": " and blinds one-zone sensors whose beams it enters",
+        "returns": " and takes targets of one-zone sensors whose beams it enters",
+    }.get(r.occlusion, "")
     verb = "does not occlude" if r.occlusion == "ignore" else "occludes"
-    robot = f"The robot {verb} the space behind it{blind}."
+    robot = f"The robot {verb} the space behind it{also}."
     if not r.obstacles:
         return robot
     names = ", ".join(r.obstacles)

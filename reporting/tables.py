@@ -134,6 +134,8 @@ def dark_columns(results: Sequence[Verified]) -> dict[str, dict[str, str]]:
 _MODELS: dict[Occlusion, str] = {
     "ignore": "ignore: beams pass through the robot",
     "shadow": "shadow: points behind the robot's body are not covered",
+    "returns": "returns: a one-zone sensor covers nothing too near behind a body in its beam, and"
+    " nothing beyond the one that takes its last target",
     "blind": "blind: a one-zone sensor covers nothing beyond the nearest surface in its beam",
 }
 

@@ -25,8 +25,10 @@ class SafetyOptions(Options):
     """Time from a measurement to its report, in seconds."""
     occlusion: Occlusion | None = None
     """What the robot's body does to the sensors. ignore: beams pass through it. shadow: points
-    behind it are not covered. blind: a one-zone sensor covers nothing beyond the nearest surface in
-    its beam. Default: that of the scene, with shadow instead of ignore."""
+    behind it are not covered. returns: a one-zone sensor that reports several targets covers only
+    what lies at least the maker's separation behind each body in its beam, while it has targets
+    left. blind: a one-zone sensor covers nothing beyond the nearest surface in its beam.
+    Default: that of the scene, with shadow instead of ignore."""
     seed: Seed = 0
     """Random seed; the same seed gives the same answer."""
 

@@ -160,7 +160,8 @@ class ViewControls:
             initial_value=room.scene.occlusion,
             hint=(
                 "ignore: beams pass through it. shadow: points behind it are not covered."
-                " blind: a sensor that sees it covers nothing farther away."
+                " blind: a sensor that sees it covers nothing farther away. returns: it does if it"
+                " reports several targets that are far enough apart."
             ),
         )
         self.views = gui.add_button_group("View from", (START, *VIEWS))

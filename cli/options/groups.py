@@ -50,8 +50,10 @@ class SceneOptions:
     calibration: CalibrationOption = None
     occlusion: Occlusion | None = None
     """What the robot's body does to the sensors. ignore: beams pass through it. shadow: points
-    behind it are not covered. blind: a one-zone sensor covers nothing beyond the nearest surface in
-    its beam. Default: that of the scene (reference scene: shadow)."""
+    behind it are not covered. returns: a one-zone sensor that reports several targets covers only
+    what lies at least the maker's separation behind each body in its beam, while it has targets
+    left. blind: a one-zone sensor covers nothing beyond the nearest surface in its beam.
+    Default: that of the scene (reference scene: shadow)."""
     paper: PaperOption = False
     reading: ReadingOptions = AS_WRITTEN
 

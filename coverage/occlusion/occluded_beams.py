@@ -1,12 +1,14 @@
-"""Beams with occlusion: cones less shadows, cut at the first return where sensors are blinded.
+"""Beams with occlusion: cones less shadows, and less the distances at which nothing is reported.
 
 A beam is one cone or pyramid with its occluders. Its implicit function is the maximum of the cone's
-function, of minus that of each shadow in it and, for a blinded sensor, of the distance from the
-apex less that of the first return. Bodies that do not meet a cone (for a pyramid, its circumscribed
-cone) are discarded once. A cell of the octree evaluates only the shadows of its remaining cones.
+function, of minus that of each shadow in it, and of the depth of the distance from the apex in each
+interval in which the sensor reports nothing (see ``unreported``). Bodies that do not meet a cone
+(for a pyramid, its circumscribed cone) are discarded once. A cell of the octree evaluates only the
+shadows of its remaining cones.
 """
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -22,6 +24,9 @@ from ..solids.volume_fraction import VolumeFraction
 from ..voxels.solid_bitmask import words
 from ..voxels.voxel_bitmask import Bitmask, BlockGrid
 from .shadows import Shadows
+from .unreported import inside
+
+_FAR = 1e9  # m, in place of an infinite end of an interval
 
 
 @dataclass(frozen=True)
@@ -31,11 +36,11 @@ class OccludedBeams(Parts):
     cones: Beams
     """Beams without occlusion, some of which may be pyramids. A sensor inside a body has the range
     minus infinity and sees nothing."""
-    stop: Float[np.ndarray, " K"]
-    """Distance from the apex beyond which a sensor is blinded, m; infinite if it is not. A lower
-    bound if bracketed."""
-    late: Float[np.ndarray, " K"]
-    """Upper bound of ``stop`` if bracketed, else the same array, m."""
+    dark: Float[np.ndarray, "K M 2"]
+    """Intervals of the distance from the apex in which a sensor reports nothing, m; they begin at
+    infinity where there is none. Bounds from outside if bracketed."""
+    late: Float[np.ndarray, "K M 2"]
+    """Bounds of ``dark`` from inside if bracketed, else the same array, m."""
     shadows: tuple[Shadows, ...]
     """The shadows of each kind of occluder; without any, beams are cones or cut by balls only."""
 
@@ -44,19 +49,23 @@ class OccludedBeams(Parts):
 
     def part(self, points: Array, index: Index) -> Any:
         value = self._past(points, index, self.cones.part(points, index))
-        return np.maximum(value, self._beyond(points, index, self.stop))
+        return np.maximum(value, self._in_dark(points, index, self.dark))
 
     def unhidden(self, points: Array, index: Index) -> Any:
         """Return the 1-Lipschitz function of what occluders leave to the sensors, whatever the
         sides and ends of their beams, m; for arguments see ``Parts.part``."""
         value = np.full(np.broadcast_shapes(points.shape[:-1], np.shape(index)), -np.inf)
-        return np.maximum(self._past(points, index, value), self._beyond(points, index, self.stop))
+        value = self._past(points, index, value)
+        return np.maximum(value, self._in_dark(points, index, self.dark))
 
-    def _beyond(self, points: Array, index: Index, stop: Array) -> Any:
-        if not np.isfinite(stop).any():
+    def _in_dark(self, points: Array, index: Index, dark: Array) -> Any:
+        """Return the function of distances in which sensors report nothing, positive there, m."""
+        if not np.isfinite(dark[..., 0]).any():
             return -np.inf
         v = points - rows(self.cones.apex, index)
-        return root(dot(v, v)) - stop[index]
+        away = root(dot(v, v))
+        each = (inside(away, *interval) for interval in np.moveaxis(dark[index], (-2, -1), (0, 1)))
+        return reduce(np.maximum, each)
 
     def _past(self, points: Array, index: Index, value: Array, limit: float = np.inf) -> Any:
         """Return the maximum of ``value`` and the shadows' functions.
@@ -83,26 +92,31 @@ class OccludedBeams(Parts):
     def decide(self, points: Points, cell: Part, index: Part, reach: float) -> Decision:
         """See ``Parts.decide``."""
         value = self.cones.part(points, index)
-        value = np.maximum(value, self._beyond(points, index, self.late))
+        value = np.maximum(value, self._in_dark(points, index, self.late))
         value = self._past(points, index, value, reach)
         sure = (
             value
-            if self.late is self.stop
-            else np.maximum(value, self._beyond(points, index, self.stop))
+            if self.late is self.dark
+            else np.maximum(value, self._in_dark(points, index, self.dark))
         )
         return value <= reach, sure < -reach
 
     def shares(self, pairs: CubePairs) -> VolumeFraction:
-        """See ``Parts.shares``: the share of the cone, inside the ball and outside the shadows."""
+        """See ``Parts.shares``: the share of the cone, outside dark intervals and shadows."""
         each, value, normal = self.cones.each_share(pairs)
         points, _, index, _, side, slack = pairs
-        if np.isfinite(self.late).any():
+        if np.isfinite(self.late[..., 0]).any():
             v = points - rows(self.cones.apex, index)
-            for stop, keep in ((self.stop[index], "low"), (self.late[index], "high")):
-                cut = np.flatnonzero(np.sqrt(dot(v, v)) > stop - side - slack)
-                ball = distance_tangent(v[cut], stop[cut], side).share(side, slack)
-                both = each.only(cut) & ball
-                getattr(each, keep)[cut] = getattr(both, keep)
+            away = np.sqrt(dot(v, v))
+            for dark, keep in ((self.dark, "low"), (self.late, "high")):
+                for start, end in np.moveaxis(dark[index], (1, 2), (0, 1)):
+                    cut = np.flatnonzero(inside(away, start, end) > -side - slack)
+                    before, until = (
+                        distance_tangent(v[cut], radius[cut], side).share(side, slack)
+                        for radius in (start, np.minimum(end, _FAR))
+                    )
+                    both = each.only(cut) & (before | -until)
+                    getattr(each, keep)[cut] = getattr(both, keep)
         for shadows in self.shadows:
             for of_rank, entry in shadows.ranks(index):
                 near, hidden = shadows.share(rows(points, of_rank), entry, side, slack)
@@ -121,17 +135,19 @@ class OccludedBeams(Parts):
 def _(parts: OccludedBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Return the voxels of blocks about ``points`` that lie in beam ``index``.
 
-    These are the voxels of the cone, inside the ball if the sensor is blinded, and in no shadow.
+    These are the voxels of the cone, at no dark distance, and in no shadow.
     """
     mask = words(parts.cones, grid, points, index)
-    stop = parts.stop[index]
-    cut = np.flatnonzero(np.isfinite(stop))
-    if len(cut):
-        ball = grid.only(cut).words(
-            within(stop[cut], points[cut] - rows(parts.cones.apex, index[cut]))
+    for start, end in np.moveaxis(parts.dark[index], (1, 2), (0, 1)):
+        cut = np.flatnonzero(np.isfinite(start) & (start < end))
+        if not len(cut):
+            continue
+        v, here = points[cut] - rows(parts.cones.apex, index[cut]), grid.only(cut)
+        before, until = (
+            here.words(within(radius[cut], v)) for radius in (start, np.minimum(end, _FAR))
         )
-        mask.sure[cut] &= ball.sure
-        mask.maybe[cut] &= ball.maybe
+        mask.sure[cut] &= before.sure | ~until.maybe
+        mask.maybe[cut] &= before.maybe | ~until.sure
     for shadows in parts.shadows:
         for pairs, entry in shadows.ranks(index, lambda: mask.maybe != 0):
             free = shadows.free(grid.only(pairs), points[pairs], entry)

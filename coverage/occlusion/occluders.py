@@ -1,9 +1,10 @@
 """The occluders of a robot at one pose, and the visible parts of beams among them.
 
-A single-zone sensor reports the first return in its beam and is blinded beyond it. For a sensor
-with a square beam the circumscribed cone is tested, so it is blinded slightly too early, never too
-late. Each zone of a multi-zone sensor reports its own first return. A body in some zones does not
-affect the others, so for such a beam ``blind`` is the same as ``shadow``.
+Bodies in the beam of a single-zone sensor take its targets under ``returns`` and ``blind``; see
+``unreported``. For a sensor with a square beam the circumscribed cone is tested, so that a body
+takes a target slightly too early, never too late. Each zone of a multi-zone sensor reports its own
+targets. A body in some zones does not affect the others, so for such a beam both models are the
+same as ``shadow``.
 """
 
 from collections.abc import Callable
@@ -25,6 +26,7 @@ from .occluded_beams import OccludedBeams
 from .occlusion_mode import Occlusion
 from .polyhedron_return import polyhedron_in_beam
 from .shadows import CapsuleShadows, PolyhedronShadows, Shadows, first_of_sensors
+from .unreported import capsule_end, polyhedron_end, separations, unreported
 
 _BALL_MARGIN = 1e-5  # m, more than the margins of the tests that follow
 INSIDE = 1e-6  # m, an apex this near to a body's surface counts as inside
@@ -69,15 +71,15 @@ def beams(
 ) -> Parts:
     """Return the visible parts of ``cones`` under ``occlusion``; the cones if nothing occludes.
 
-    ``ignore`` ignores the robot only: obstacles then still cast shadows. Under ``blind``, obstacles
-    blind as the robot does. A sensor inside a body sees nothing. Multi-zone sensors have shadows
-    under ``blind`` too: none of them is blinded as a whole.
+    ``ignore`` ignores the robot only: obstacles then still cast shadows. Obstacles take targets as
+    the robot does. A sensor inside a body sees nothing. Multi-zone sensors have shadows only, under
+    ``returns`` and ``blind`` too.
 
     Args:
         cones: beams of K sensors, 64-bit NumPy.
         occluders: bodies and obstacles at the same pose.
         occlusion: the model; ``ignore`` omits the robot's bodies.
-        bracketed: whether to keep bounds of the first return, for the certified rule.
+        bracketed: whether to keep bounds of the first returns, for the certified rule.
         looks: cones (K,); what meets them casts shadows. None: the circumscribed cones.
     """
     bodies = occluders.bodies if occlusion != "ignore" else None
@@ -87,10 +89,13 @@ def beams(
     within_, _ = occluders.holds(np.asarray(cones.apex))
     live = within_ < 0
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
-    stops = live & ~np.asarray(cones.is_zoned()) & (occlusion == "blind")
-    stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
-    shadows = _shadows(cones, np.flatnonzero(live & ~stops), occluders, looks or around(cones))
-    return OccludedBeams(cones, stop, late, shadows)
+    separation = np.asarray(separations(cones, occlusion))
+    one_zone = live & ~np.asarray(cones.is_zoned())
+    dark, late = _dark(cones, np.flatnonzero(one_zone), occluders, separation, bracketed)
+    # beyond the first return of one target there is no shadow left to cast
+    blinded = one_zone & np.isinf(separation[:, :1]).any(axis=1)
+    shadows = _shadows(cones, np.flatnonzero(live & ~blinded), occluders, looks or around(cones))
+    return OccludedBeams(cones, dark, late, shadows)
 
 
 def _looks(looks: Beams, k: Index) -> Beam:
@@ -124,20 +129,39 @@ def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
     return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
 
 
-def _stops(cones: Beams, k: np.ndarray, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
-    """Return early and late bounds (K,) m of the first return of the sensors ``k``.
+def _dark(
+    cones: Beams,
+    k: np.ndarray,
+    occluders: Occluders,
+    separation: Float[np.ndarray, "K R"],
+    bracketed: bool,
+) -> tuple[Any, Any]:
+    """Return the intervals (K, M, 2) m in which the sensors ``k`` report nothing; see
+    ``unreported``.
 
-    They are infinite for other sensors, and the same array if not bracketed.
+    The first are bounds from outside and the second from inside if bracketed, else the same array.
     """
-    looks, stops = _looks(around(cones), k), []
-    for margin in (MARGIN, -MARGIN) if bracketed and len(k) else (0.0,):
-        stop = np.full(len(cones), np.inf)
-        if len(k):
-            bodies = _in_capsules(capsule_in_beam, looks, occluders.bodies, margin)
-            distance = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
-            stop[k] = distance.min(axis=1, initial=np.inf) - margin
-        stops.append(stop)
-    return stops[0], stops[-1]
+    if len(k) == 0 or separation.shape[1] == 0:
+        none = np.zeros((len(cones), 0, 2))
+        return none, none
+    looks, each = _looks(around(cones), k), []
+    far = _ends(looks.apex, occluders)
+    for margin in (MARGIN, -MARGIN) if bracketed else (0.0,):
+        bodies = _in_capsules(capsule_in_beam, looks, occluders.bodies, margin)
+        near = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
+        own = unreported(near - margin, far + margin, separation[k])
+        dark = np.full((len(cones), *own.shape[1:]), np.inf)
+        dark[k] = own
+        each.append(dark)
+    return each[0], each[-1]
+
+
+def _ends(apex: Float[np.ndarray, "K 3"], occluders: Occluders) -> Float[np.ndarray, "K N"]:
+    """Return the distances beyond which nothing of each body and obstacle lies, m."""
+    ends = [polyhedron_end(apex, body)[:, None] for body in occluders.obstacles]
+    if occluders.bodies is not None:
+        ends.insert(0, capsule_end(apex[:, None], *occluders.bodies.arrays()))
+    return np.concatenate(ends, axis=1)
 
 
 def _shadows(

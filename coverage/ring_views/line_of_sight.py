@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..occlusion.occluders import Occluders
+from ..occlusion.occlusion_mode import Occlusion
 from ..robots.robot import Mount
 from ..solids.polyhedra import Polyhedron, crossing, placed
 from ..solids.segments import inner, nearest_places
@@ -40,8 +41,8 @@ class LinkOccluders:
     """Places of convex obstacles."""
     obstacles: Int[np.ndarray, "P O"]
     """Index of each of the O obstacles at each pose."""
-    blinding: bool
-    """Whether what is in a sensor's beam blinds it (first return) instead of casting a shadow."""
+    occlusion: Occlusion
+    """The occlusion model."""
 
     @cached_property
     def balls(
@@ -144,7 +145,7 @@ def link_occluders(
     mount: Mount,
     frames: Float[np.ndarray, "P 4 4"],
     occluders: Sequence[Occluders],
-    blinding: bool,
+    occlusion: Occlusion,
 ) -> LinkOccluders:
     """Return the occluders at P poses in the coordinates of a mount.
 
@@ -152,7 +153,7 @@ def link_occluders(
         mount: the mount.
         frames: frame of the mount's link at each pose, T_base_frame.
         occluders: bodies and obstacles at each pose, base frame.
-        blinding: see ``LinkOccluders``.
+        occlusion: the model by which they occlude.
     """
     own = np.eye(4)
     own[:3, :3] = np.stack([mount.zero, mount.side, mount.axis])
@@ -189,7 +190,7 @@ def link_occluders(
         which.reshape(every.shape[:2]),
         tuple(bodies),
         np.array(obstacles, int).reshape(len(frames), -1),
-        blinding,
+        occlusion,
     )
 
 

@@ -11,7 +11,9 @@ from jaxtyping import Bool, Float, Int
 
 from ..occlusion.first_return import Beam, capsule_in_beam
 from ..occlusion.occluders import INSIDE
+from ..occlusion.occlusion_mode import REPORTING
 from ..occlusion.polyhedron_return import polyhedron_in_beam
+from ..occlusion.unreported import capsule_end, polyhedron_end, unreported
 from ..sensors.sensor import Sensor
 from ..solids.capsules import Capsules
 from ..solids.polyhedra import Polyhedron
@@ -19,7 +21,7 @@ from .line_of_sight import LinkOccluders
 from .mount_points import MountPoints
 
 _SLACK = 1e-4  # m, for rounding in the test of balls
-# m and rad: a body this near to a beam counts as in it, so that rounding a setup blinds no sensor
+# m and rad: a body this near to a beam counts as in it, so that rounding a setup costs no target
 GRAZE = 1e-4
 _WIDE = 1.4  # rad, half angle above which a beam is taken to meet everything
 
@@ -53,32 +55,40 @@ class Sightlines:
             for column in among.obstacles.T:
                 dead = dead | np.stack([inside[i] for i in column])
             self._dead = dead if dead.any() else None
-        self._stop = None
-        if among.blinding and not sensor.zoned:
-            self._stop = self._stops(look, half, sensor.range_m)  # (P, S)
+        self._dark, self._shaded = None, True
+        if among.occlusion in REPORTING and not sensor.zoned:
+            own = sensor.separations if among.occlusion == "returns" else (math.inf,)
+            self._dark = self._unreported(look, half, sensor.range_m, np.array(own, np.float32))
+            self._shaded = len(own) > 1
 
-    def _stops(self, look: np.ndarray, half: float, range_m: float) -> Float[np.ndarray, "P S"]:
-        """Return the distance of the first return of each sensor at each pose, m."""
+    def _unreported(
+        self, look: np.ndarray, half: float, range_m: float, separation: Float[np.ndarray, " R"]
+    ) -> Float[np.ndarray, "P S M 2"]:
+        """Return the intervals, m, in which each sensor reports nothing at each pose."""
         among, apex = self._among, self._apex
         first = np.full(self._meets.shape, np.inf, np.float32)  # (U, S)
         u, s = np.nonzero(self._meets)
         wide, far = (np.full(len(s), a, np.float32) for a in (half, range_m))
         beam, ends = Beam(apex[s], look[s], wide, far), (among.start[u], among.end[u])
         first[u, s] = capsule_in_beam(beam, *ends, among.radius[u], GRAZE, 1)[0]
-        stop: np.ndarray = first[among.capsules].min(axis=1, initial=np.inf)  # (P, S)
-        for body, column in enumerate(self._met):
-            some = np.flatnonzero(column)
-            if not len(some):
-                continue
-            beam = Beam(
-                *(a[some].astype(float) for a in (apex, look)),
-                *(np.full(len(some), a) for a in (half, range_m)),
-            )
-            distance = np.full(len(apex), np.inf)
-            distance[some] = polyhedron_in_beam(beam, among.bodies[body], GRAZE)
-            here = (among.obstacles == body).any(axis=1)
-            stop[here] = np.minimum(stop[here], distance)
-        return stop
+        end = capsule_end(apex, *(a[:, None] for a in (among.start, among.end, among.radius)))
+        each = [(first, end, among.capsules)]
+        if len(among.bodies):
+            first = np.full(self._met.shape, np.inf, np.float32)  # (V, S)
+            for body, some in enumerate(map(np.flatnonzero, self._met)):
+                beam = Beam(
+                    *(a[some].astype(float) for a in (apex, look)),
+                    *(np.full(len(some), a) for a in (half, range_m)),
+                )
+                first[body, some] = polyhedron_in_beam(beam, among.bodies[body], GRAZE)
+            end = np.stack([polyhedron_end(apex, body) for body in among.bodies])
+            each.append((first, end, among.obstacles))
+        near, far = (
+            np.concatenate([column[i][column[2]] for column in each], axis=1) for i in (0, 1)
+        )  # (P, N, S)
+        near, far = np.moveaxis(near, 1, 2), np.moveaxis(far + np.float32(GRAZE), 1, 2)
+        intervals: np.ndarray = unreported(near, far, separation)
+        return intervals
 
     def clear(
         self, s: Int[np.ndarray, " T"], points: MountPoints, n: Int[np.ndarray, " T"]
@@ -90,10 +100,12 @@ class Sightlines:
             clear &= ~self._dead[pose, s]
         a = [row.take(s) for row in self._apex.T]
         u = [v.take(n) - w for v, w in zip((points.x, points.y, points.height), a, strict=True)]
-        if self._stop is not None:
-            stop = self._stop[pose, s]
-            clear &= u[0] * u[0] + u[1] * u[1] + u[2] * u[2] <= stop * stop
-            return clear
+        if self._dark is not None:
+            square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
+            for start, end in np.moveaxis(self._dark[pose, s], (1, 2), (0, 1)):
+                clear &= (square <= start * start) | (square >= end * end)
+            if not self._shaded:
+                return clear
         some = np.flatnonzero(clear & self._any.take(s))
         if len(some):
             a, u = ([v.take(some) for v in w] for w in (a, u))

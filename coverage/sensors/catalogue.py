@@ -184,11 +184,14 @@ _ROW = (
         name="vl53l4cx",
         title="ST VL53L4CX",
         ranges=_by_light("klx", (0, 6.0)),
-        source="ST, brief of STSW-IMG029; histogram: ST, community forum",
+        source="ST, brief of STSW-IMG029; histogram: ST, community forum; targets: ST, constant"
+        " VL53LX_MAX_RANGE_RESULTS of its driver",
         fov_deg=18.0,
+        targets=4,
+        separation_m=0.8,
         histogram=True,
-        note="several targets, their number is not stated; the driver computes distances from the"
-        " histogram",
+        note="separation: beyond 80 cm ST states immunity to the return of a cover glass, so that"
+        " nearer returns merge with it; the driver computes distances from the histogram",
     ),
     _L5CX,
     replace(

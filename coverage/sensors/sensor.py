@@ -179,6 +179,16 @@ class Sensor:
         return self.zones > 1 or not self.form.ends_flat
 
     @property
+    def separations(self) -> tuple[float, ...]:
+        """For each target that the sensor can report, the least distance, m, from the end of one
+        body in its beam to the next target; infinite for the last one. A model without a stated
+        separation reports one target."""
+        model = None if self.use is None else model_of(self.use)
+        if model is None or model.separation_m is None:
+            return (math.inf,)
+        return (model.separation_m,) * ((model.targets or 1) - 1) + (math.inf,)
+
+    @property
     def half_angle(self) -> float:
         """Half angle of the beam along its ring, rad; for a cone in every direction."""
         return self.fov / 2

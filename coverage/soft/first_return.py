@@ -1,22 +1,23 @@
-"""Smooth first return of single-zone sensors for the soft estimator.
+"""Smooth first returns in beams of single-zone sensors for the soft estimator.
 
-It is the exact one (``occlusion.first_return``), whose distance jumps where a body comes to touch
-the beam. Here it does not: a body that stands beside the beam by more than a part of the width of
-the sigmoid takes nothing, a body that reaches as deep into it ends the beam, and between the two
-the end moves from the body to beyond the range. As the width approaches zero, the distance
-approaches the exact one.
+They are the exact ones (``occlusion.first_return``), whose distance jumps where a body comes to
+touch the beam. Here it does not: a body that stands beside the beam by more than a part of the
+width of the sigmoid takes no target, a body that reaches as deep into it takes one, and between the
+two its first return moves from the body to beyond the range. As the width approaches zero, the
+distance approaches the exact one.
 """
 
 from collections.abc import Callable, Sequence
-from functools import reduce
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float
 
 from ..arrays import Array, Numbers, dot, root
 from ..occlusion.first_return import Beam, capsule_places, capsule_return, cone_gap
 from ..occlusion.polyhedron_return import meeting_points
+from ..occlusion.unreported import capsule_end, polyhedron_end, unreported
 from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron
@@ -28,9 +29,9 @@ FADE = 0.25  # of the width, over which a body beside a beam fades
 _ROUNDING = 1e-5  # m, above the error of 32-bit numbers: a point this near to both is in both
 
 
-def _by_bodies(looks: Beam, bodies: Capsules, fade: Numbers) -> Any:
-    """Return the first return (K,) m of the robot's bodies in each beam; only that of the body
-    that counts has a slope."""
+def _by_bodies(looks: Beam, bodies: Capsules, fade: Numbers, most: int) -> tuple[Any, Any]:
+    """Return the ``most`` nearest first returns of the robot's bodies in each beam and the ends of
+    those bodies, (K, M) m each; only these have a slope."""
 
     def stop(beam: Beam, body: tuple[Any, Any, Any], places: Any) -> Any:
         first, gap = capsule_return(beam, *body, places)
@@ -40,11 +41,11 @@ def _by_bodies(looks: Beam, bodies: Capsules, fade: Numbers) -> Any:
     beam, each = jax.lax.stop_gradient((Beam(*(a[:, None] for a in looks)), bodies.arrays()))
     each = each[0][None], each[1][None], each[2][None]
     places = capsule_places(beam, *each, ROUNDS)
-    body = stop(beam, each, places).argmin(axis=1)
-    nearest, first = (jnp.take_along_axis(p, body[:, None], axis=1)[:, 0] for p in places)
+    body = jnp.argsort(stop(beam, each, places), axis=1)[:, :most]
+    nearest, first = (jnp.take_along_axis(p, body, axis=1) for p in places)
     body, nearest, first = _computed_once((body, nearest, first))
-    start, end, radius = (a[body] for a in bodies.arrays())
-    return stop(looks, (start, end, radius), (nearest, first))
+    some, beam = tuple(a[body] for a in bodies.arrays()), Beam(*(a[:, None] for a in looks))
+    return stop(beam, some, (nearest, first)), capsule_end(beam.apex, *some)
 
 
 def _beyond(beam: Beam) -> Any:
@@ -105,10 +106,14 @@ def _stacked(arrays: Sequence[Any]) -> Any:
     return jnp.stack([jnp.asarray(array) for array in arrays])
 
 
-def soft_stop(
-    cones: Cones, bodies: Capsules, obstacles: tuple[Polyhedron, ...], width: Numbers
+def soft_unreported(
+    cones: Cones,
+    bodies: Capsules,
+    obstacles: tuple[Polyhedron, ...],
+    width: Numbers,
+    separation: Float[Array, "K R"],
 ) -> Any:
-    """Return the smooth first return (K,) m; more than the range where no body is near the beam.
+    """Return the smooth ``unreported`` (K, M, 2) m of bodies in beams.
 
     It has no slope by the lengths of the axes. On the mantle of a cone whose axis is not a unit
     vector, points that should coincide would not. ``width`` is the width of the sigmoid, m.
@@ -116,6 +121,11 @@ def soft_stop(
     axis = cones.axis / root(dot(cones.axis, cones.axis))[:, None]
     looks = Beam(cones.apex, axis, cones.half_angle, cones.range_m)
     fade = FADE * width
-    by_obstacles = of_each(lambda body: _by_obstacle(looks, body, fade), obstacles)
-    stops = [_by_bodies(looks, bodies, fade), *by_obstacles]
-    return _computed_once(reduce(jnp.minimum, stops, _beyond(looks)))
+    each = of_each(
+        lambda body: (_by_obstacle(looks, body, fade), polyhedron_end(looks.apex, body)), obstacles
+    )
+    each = [tuple(a[:, None] for a in one) for one in each]
+    each.append(_by_bodies(looks, bodies, fade, separation.shape[-1]))
+    near, far = (jnp.concatenate(column, axis=1) for column in zip(*each, strict=True))
+    near = jnp.minimum(near, _beyond(looks)[:, None])
+    return _computed_once(unreported(near, far, separation))

@@ -18,12 +18,14 @@ import jax.numpy as jnp
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers, root
+from ..occlusion.occlusion_mode import Occlusion
+from ..occlusion.unreported import inside, separations
 from ..solids.beams import Beams, BeamShape
 from ..solids.capsules import Capsules
 from ..solids.cones import around
 from ..solids.polyhedra import Polyhedron, polyhedron_shadow
 from ..solids.segments import Coordinates, inner, nearest_places
-from .first_return import of_each, soft_stop
+from .first_return import of_each, soft_unreported
 
 _NEAREST = 0.02  # least place along a segment, as a share: nearer to the apex nothing grows further
 
@@ -57,9 +59,9 @@ class Occluding:
     """Bodies that cast shadows, one axis of capsules; None: there are none."""
     planes: tuple[tuple[Array, Array], ...] = ()
     """Normals (K, F, 3) and offsets (K, F) m of the shadow of each obstacle."""
-    stop: Float[Array, "*batch K"] | None = None
-    """First return, m, at which the beams of blinded sensors end, infinity for the others; None:
-    no sensor is blinded."""
+    dark: Float[Array, "*batch K M 2"] | None = None
+    """Intervals of the distance, m, in which sensors report nothing (see ``unreported``); they
+    begin at infinity for multi-zone sensors. None: bodies take no targets."""
 
     def sight(self, sensor: Array, apex: Coordinates, points: Coordinates) -> Sight:
         """Return what hides points from sensors, by their numbers and apexes."""
@@ -76,20 +78,22 @@ class Occluding:
         ]
         if sight.passing is not None:
             hidden.append(_depth(apex, points, sight.passing))
-        if self.stop is None:
+        if self.dark is None:
             return reduce(jnp.maximum, hidden, value)
-        stop = self.stop[sensor]
+        dark = jnp.moveaxis(self.dark[sensor], (-2, -1), (0, 1))
+        blinded = jnp.isfinite(dark[0, 0]) & jnp.isinf(dark[0, 1])  # no shadow lies before
         for depth in hidden:
-            value = jnp.where(jnp.isinf(stop), jnp.maximum(value, depth), value)
+            value = jnp.where(blinded, value, jnp.maximum(value, depth))
         v = [p - a for p, a in zip(points, apex, strict=True)]
-        return jnp.maximum(value, root(inner(v, v)) - stop)
+        away = root(inner(v, v))
+        return reduce(jnp.maximum, (inside(away, *interval) for interval in dark), value)
 
 
 def occluding(
     cones: Beams,
     bodies: Capsules | None,
     obstacles: Sequence[Polyhedron],
-    blind: bool,
+    occlusion: Occlusion,
     width: Numbers | None,
 ) -> Occluding:
     """Return what occludes sensors with given beams at one pose.
@@ -98,20 +102,24 @@ def occluding(
         cones: the beams.
         bodies: bodies of the robot; None where they hide nothing.
         obstacles: other convex solids.
-        blind: whether a first return blinds sensors of one zone.
+        occlusion: the model.
         width: width of the sigmoid, m; None: without first returns.
     """
     planes = tuple(of_each(partial(polyhedron_shadow, cones.apex), obstacles))
-    if not blind or bodies is None:
+    separation = separations(cones, occlusion)
+    if separation.shape[-1] == 0 or bodies is None:
         return Occluding(bodies, planes)
     looks = around(cones)
     # slopes of padding sensors would not be numbers
     range_m = jnp.where(looks.range_m > 0, looks.range_m, 1.0)
-    stop = None
+    dark = None
     if width is not None:
-        stop = soft_stop(replace(looks, range_m=range_m), bodies, tuple(obstacles), width)
-        stop = jnp.where(cones.is_zoned(), jnp.inf, stop)
-    return Occluding(stop=stop) if isinstance(cones, BeamShape) else Occluding(bodies, planes, stop)
+        looks = replace(looks, range_m=range_m)
+        dark = soft_unreported(looks, bodies, tuple(obstacles), width, separation)
+        dark = dark.at[..., 0].set(jnp.where(cones.is_zoned()[:, None], jnp.inf, dark[..., 0]))
+    if isinstance(cones, BeamShape) and separation.shape[-1] == 1:  # all are blinded
+        return Occluding(dark=dark)
+    return Occluding(bodies, planes, dark)
 
 
 def _passing(apex: Coordinates, points: Coordinates, bodies: Capsules) -> Passing:

@@ -124,6 +124,9 @@ class Beams(TangentParts):
     """Unit vectors (K, 3) perpendicular to the axes; None for beams without an ``up``."""
     size: Any = None
     """Further sizes (K,), see ``BeamShape.size_of``; None where the shape has none."""
+    separation: Any = None
+    """Separations (K, R) of targets, m, see ``Sensor.separations``, of which those beyond a
+    sensor's last are infinite; None: all sensors report one target."""
 
     @property
     def sizes(self) -> Sizes:

@@ -1,5 +1,6 @@
 """Beams of sensors of different shapes, mixed in one setup."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -32,6 +33,15 @@ def shape_of(key: str, square: bool) -> type[BeamShape]:
     return next((shape for shape in of_key if shape.square == square), of_key[0])
 
 
+def separations_of(sensors: list[Any], every: list[Any] | None = None) -> Float[np.ndarray, "S R"]:
+    """Return the separations of sensors' targets, m, see ``Beams.separation``, with room for those
+    of ``every`` sensor, by default of these; all sensors of several zones have one target here."""
+    each = [(math.inf,) if sensor.zoned else sensor.separations for sensor in sensors]
+    most = max((len(s.separations) for s in every or sensors if not s.zoned), default=1)
+    rows = [own + (math.inf,) * (most - len(own)) for own in each]
+    return np.array(rows).reshape(len(sensors), most)
+
+
 class BeamShapes(NamedTuple):
     """Shapes of the beams of K sensors, without their poses."""
 
@@ -47,6 +57,8 @@ class BeamShapes(NamedTuple):
     """Distances along the axis at which beams begin, m; None: all begin at the apex."""
     zoned: Bool[Array, "*batch K"] | None = None
     """In which beams an occluder in a part leaves the others as they are."""
+    separation: Float[Array, "*batch K R"] | None = None
+    """See ``Beams.separation``."""
 
     @staticmethod
     def of(sensors: list[Any], every: list[Any], each: Callable[..., Any]) -> "BeamShapes":
@@ -59,8 +71,11 @@ class BeamShapes(NamedTuple):
         """
         sizes = np.array([sensor.sizes for sensor in sensors], float).reshape(-1, 3).T
         half, range_m, size = map(each, sizes, (np.pi / 4, -np.inf, 0.0))
+        separation, own = None, separations_of(sensors, every)
+        if own.shape[1] > 1:
+            separation = np.stack([each(row, np.inf) for row in own.T], axis=-1)
         if all(sensor.plain for sensor in every):
-            return BeamShapes(half, range_m)
+            return BeamShapes(half, range_m, separation=separation)
         which, spare = list[Any](), 1.0  # what is beyond the sensors counts as of the first shape
         for shape in SHAPES:
             own = None
@@ -72,8 +87,8 @@ class BeamShapes(NamedTuple):
             each([float(getattr(sensor, key)) for sensor in sensors], 0.0)
             for key in ("near_m", "zoned")
         )
-        begins = any(sensor.near_m > 0 for sensor in every)
-        return BeamShapes(half, range_m, size, tuple(which), near if begins else None, zoned > 0)
+        near = near if any(sensor.near_m > 0 for sensor in every) else None
+        return BeamShapes(half, range_m, size, tuple(which), near, zoned > 0, separation)
 
     def solids(self, apex: Array, axis: Array, up: Array | None = None) -> Beams:
         """Return V_FOV of sensors with given poses: plain cones if no beam may be another.
@@ -88,11 +103,13 @@ class BeamShapes(NamedTuple):
         Raises:
             ValueError: if beams may be others than cones and ``up`` is missing.
         """
+        look = apex, axis, self.half_angle, self.range_m
         if not self.which:
-            return Cones(apex, axis, self.half_angle, self.range_m)
+            return Cones(*look, separation=self.separation)
         if up is None:
             raise ValueError("beams with an up vector need it")
-        return MixedBeams(apex, axis, self.half_angle, self.range_m, up, *self[2:])
+        own = self.which, self.near, self.zoned
+        return MixedBeams(*look, up, self.size, self.separation, *own)
 
     def by_shape(self, work: Callable[[type[BeamShape], Sizes], Any]) -> Any:
         """Return ``work(shape, sizes)`` with the value (..., K) of each beam's own shape."""

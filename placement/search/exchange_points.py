@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int, UInt8, UInt16
 
+from ...coverage.occlusion.occlusion_mode import REPORTING
 from ...coverage.ring_views.detections import Detections
 from ...coverage.ring_views.line_of_sight import LinkOccluders, Outlook, link_occluders
 from ...coverage.ring_views.mount_points import MountPoints, RingErrors, mount_points, ring_errors
@@ -26,7 +27,7 @@ _JUDGED, _FEW, _MANY = 1024, 32, 1 << 19
 _FEWEST = 8  # fewest points of a goal at a pose
 _LEAST = 256  # fewest where these are not too many, with thousands of poses, for the memory
 _COUNTED = 255  # sensors counted at a point
-_BLINDED = 16  # most poses for which the first return is modelled; beyond them, shadows
+_BLINDED = 16  # most poses for which first returns are modelled; beyond them, shadows
 
 
 def active_poses(scene: Scene) -> bool:
@@ -70,7 +71,7 @@ class Field:
     """Pose of each point."""
     outlook: dict[str, Outlook]
     """Guessed lines of sight of each link's rings; empty where nothing hides points, and where
-    bodies blind sensors."""
+    bodies take targets of sensors."""
 
     @cached_property
     def total(self) -> Float[np.ndarray, " G"]:
@@ -115,9 +116,10 @@ class Fields:
         self._past = dict[str, LinkOccluders]()
         if scene.occlusion != "ignore" or scene.obstacles:
             way = [occluders(scene, p.q) for p in scene.poses]
-            blinding = scene.occlusion == "blind" and len(way) <= _BLINDED
+            many = scene.occlusion in REPORTING and len(way) > _BLINDED
+            occlusion = "shadow" if many else scene.occlusion
             self._past = {
-                link: link_occluders(m, frames[:, m.frame], way, blinding)
+                link: link_occluders(m, frames[:, m.frame], way, occlusion)
                 for link, m in mounts.items()
             }
         self._errors, of_held = _errors(space, self.aim)
@@ -186,7 +188,7 @@ class Fields:
             {
                 link: Outlook(points[link], past, self.space.radii[link])
                 for link, past in self._past.items()
-                if not past.blinding
+                if past.occlusion not in REPORTING
             },
         )
 

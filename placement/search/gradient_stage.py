@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...coverage.occlusion.occlusion_mode import REPORTING
 from ...coverage.rings.ring_kinematics import RingArrays
 from ...objectives.criterion import Criterion
 from ...objectives.link_segments import ABOVE, BELOW, HIGH, LOW
@@ -87,7 +88,7 @@ def suits(space: Space, aim: Criterion) -> bool:
     scene = space.scene
     if space.layout is None or len(scene.targets) * len(scene.poses) > _TERMS:
         return False
-    still = scene.obstacles or scene.robot.carried or scene.occlusion == "blind"
+    still = scene.obstacles or scene.robot.carried or scene.occlusion in REPORTING
     shared = scene.rules.shared_tilt
     plain = not aim.errors and aim.losing != "sensor" and aim.detection is None
     return plain and not still and not shared

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from ...coverage.occlusion.occlusion_mode import REPORTING
 from ...objectives.criterion import Criterion
 from ...objectives.scene import Scene
 from ..space.design import Space
@@ -67,8 +68,8 @@ def given_rings(scene: Scene, space: Space, aim: Criterion) -> Schedule:
     """
     plain = _clear(scene) and aim.plain
     cost = 0.75 if plain else 1.0
-    if scene.occlusion == "blind":
-        cost *= 2  # the first return of each sensor
+    if scene.occlusion in REPORTING:
+        cost *= 2  # the first returns of each sensor
     if not aim.plain:
         cost *= 1.5  # counts of sensors, losses, or mountings
     if space.square:

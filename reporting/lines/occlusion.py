@@ -24,11 +24,14 @@ from ..text import counted
 
 ADVICE = (
     "Use --occlusion shadow for multi-zone sensors, and blind for one-zone sensors, which report"
-    " the robot's body itself. --paper counts as the paper does."
+    " the robot's body itself; returns for those that report several targets. --paper counts as the"
+    " paper does."
 )
 ASSUMPTIONS = {
     "ignore": "beams pass through the robot, as in the paper",
     "shadow": "points behind the body are not covered, as for multi-zone sensors",
+    "returns": "bodies in the beam of a one-zone sensor take its targets, and hide what is too near"
+    " behind them",
     "blind": "the body blocks any sensor whose beam it enters, as for one-zone sensors",
 }
 

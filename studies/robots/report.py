@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
+from ...coverage.occlusion.occlusion_mode import ONE_TARGET
 from ...coverage.robots.kinematics import forward
 from ...formats.export.palette import link_colours
 from ...reporting.pages import csv_text, table
@@ -43,7 +43,7 @@ def write(rows: Sequence[RobotRow], folder: Path) -> dict[str, str]:
 
 def _record(row: RobotRow) -> dict[str, object]:
     head = {"robot": row.robot, "setup": row.name, "sensors": row.sensors, "rings": len(row.rings)}
-    percents = {f"{model}_percent": getattr(row, model) for model in OCCLUSIONS}
+    percents = {f"{model}_percent": getattr(row, model) for model in ONE_TARGET}
     spent = (row.processor_seconds, row.wall_seconds, row.finished)
     cells = [
         "" if value is None else value if isinstance(value, bool) else round(value, 1)
@@ -54,7 +54,7 @@ def _record(row: RobotRow) -> dict[str, object]:
 
 
 def _page(rows: Sequence[RobotRow]) -> str:
-    heads = ("setup", "sensors", "rings", *OCCLUSIONS, "blocked", "time, s")
+    heads = ("setup", "sensors", "rings", *ONE_TARGET, "blocked", "time, s")
     setups = []
     for robot in dict.fromkeys(row.robot for row in rows):
         angles = ", ".join(f"{a:g}" for a in pose_deg(robot))
@@ -67,7 +67,7 @@ def _page(rows: Sequence[RobotRow]) -> str:
     searched = [of["ignore"] for of in each]
 
     def spans(lost: Callable[[str], list[float]]) -> dict[str, str]:
-        losses = {model: lost(model) for model in OCCLUSIONS}
+        losses = {model: lost(model) for model in ONE_TARGET}
         return {m: f"{min(values):.1f} to {max(values):.1f}" for m, values in losses.items()}
 
     def gained(model: str) -> list[float]:
@@ -95,7 +95,7 @@ def _page(rows: Sequence[RobotRow]) -> str:
 def _line(row: RobotRow) -> list[str]:
     cut = "" if row.finished else " *"
     seconds = f"{row.processor_seconds:.0f}{cut} ({row.wall_seconds:.0f})" if row.searched else ""
-    percents = [f"{getattr(row, model):.2f}" for model in OCCLUSIONS]
+    percents = [f"{getattr(row, model):.2f}" for model in ONE_TARGET]
     return [
         _SAID.get(row.name, row.name),
         f"{row.sensors}",
@@ -113,7 +113,7 @@ def _prices(rows: Sequence[RobotRow]) -> tuple[list[str], list[list[str]]]:
     Returns:
         Headings and rows of a table.
     """
-    models = [model for model in OCCLUSIONS if model != "ignore"]
+    models = [model for model in ONE_TARGET if model != "ignore"]
     heads = ["robot", "ignore"] + [
         f"{model}: {what}"
         for model in models
@@ -224,7 +224,7 @@ def _dumbbells(ax: Axes, rows: Sequence[RobotRow]) -> None:
         if row.name in (*LABELS, *_HANDS)
     ]
     for at, (row, _) in enumerate(shown):
-        values = [getattr(row, model) for model in OCCLUSIONS]
+        values = [getattr(row, model) for model in ONE_TARGET]
         y = -at - 0.5 * (not row.searched)
         ax.plot(
             [min(values), max(values)],
@@ -234,7 +234,7 @@ def _dumbbells(ax: Axes, rows: Sequence[RobotRow]) -> None:
             zorder=1,
             solid_capstyle="round",
         )
-        for model, value in zip(OCCLUSIONS, values, strict=True):
+        for model, value in zip(ONE_TARGET, values, strict=True):
             marker, face, edge = _LOOKS[model]
             ax.plot(
                 value,

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...coverage.occlusion.occlusion_mode import OCCLUSIONS
+from ...coverage.occlusion.occlusion_mode import ONE_TARGET
 from ...coverage.targets.named import Shell
 from ..engine.scenes import Rings, goal_keys, ring_keys, scene_from, setup_from
 from ..engine.store import Cell, Measure
@@ -98,7 +98,7 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     }
     cells = {
         (*key, model): zeta_cell(_seen(*key, model), rings, TARGET, voxel=VOXEL)
-        for model in OCCLUSIONS
+        for model in ONE_TARGET
         for key, rings in setups.items()
     }
     zetas = dict(zip(cells, run("counting voxels", list(cells.values())), strict=True))
@@ -111,7 +111,7 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     for robot in ROBOTS:
         for name in (*SEARCHES, *PAPERS):
             ignore, shadow, blind = (
-                round(zetas[robot, name, model]["zeta_percent"], 4) for model in OCCLUSIONS
+                round(zetas[robot, name, model]["zeta_percent"], 4) for model in ONE_TARGET
             )
             rings, none = setups[robot, name], unseeing[robot, name]
             row = RobotRow(robot, name, rings, ignore, shadow, blind, none)

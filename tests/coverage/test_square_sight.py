@@ -81,12 +81,12 @@ def test_a_square_beam_holds_what_lines_of_sight_leave_blinded_or_not(b, bodies,
         sure = within & (np.abs(value) > 1e-9) & (shadowed.cones.range_m[k] > 0)
         assert failures(points, ~sure | ((value < 0) == clear)) == []
         if k == 5:
-            past = np.linalg.norm(points - b.apex[k], axis=1) - blind_around.stop[k]
+            past = np.linalg.norm(points - b.apex[k], axis=1) - blind_around.dark[k, 0, 0]
             value = np.maximum(blinded.cones.part(points, k), past)
         np.testing.assert_array_equal(
             blinded.part(points, k), value if k >= 3 else alone.part(points, k)
         )
-    assert np.all(np.isinf(blinded.stop[3:5]))
+    assert np.all(np.isinf(blinded.dark[3:5, :, 0]))
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_a_one_zone_square_beam_sees_less_blinded_than_shadowed():
 @settings(max_examples=5)
 def test_a_one_zone_square_beam_ends_before_all_that_stands_in_it(b, bodies, rng):
     """Against points of the bodies' surfaces; its end is that of a cone around it."""
-    stop = beams(b, Occluders(bodies), "blind", bracketed=True).stop[5]
+    stop = beams(b, Occluders(bodies), "blind", bracketed=True).dark[5, 0, 0]
     share = rng.random((20_000, 1))
     which = rng.integers(3, size=len(share))
     on = bodies.start[which] + share * (bodies.end - bodies.start)[which]

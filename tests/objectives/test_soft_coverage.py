@@ -29,7 +29,7 @@ from place_rings.objectives.soft_coverage import SoftCoverage
 from place_rings.objectives.soft_terms import Sample
 
 from ..strategies.rings import rings
-from ..strategies.singles import FANS, KINDS, RANGES_MM, beam, dome, singles
+from ..strategies.singles import FANS, KINDS, RANGES_MM, beam, dome, reporting, singles
 from ..strategies.units import GENERATORS
 from ..support.rails import carried
 
@@ -47,6 +47,8 @@ def scene_of(number: int, **fields) -> Scene:
     tool = pr.Attached("tool", size=[0.1, 0.2, 0.06], centre=rng.uniform(-0.2, 0.2, 3).tolist())
     robot = (carried(ROBOTS["ur5e"]), ROBOTS["panda"], ROBOTS["ur10"])[number % 3]
     poses = rng.uniform(-1.5, 1.5, (2, len(robot.chain)))
+    if robot.limits is not None:
+        poses = np.clip(poses, *robot.limits.T)
     place = rng.uniform(-0.6, 0.6, 3) + 0.25 * np.array(
         [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     )
@@ -167,6 +169,10 @@ CASES = {
     "a sensor lost, shadows": (Criterion(losing="sensor"), {"occlusion": "shadow"}),
     "worst pose, blind": (Criterion(), {"occlusion": "blind", "over_poses": "worst"}),
 }
+RETURNS = {"occlusion": "returns"}
+# all report three targets, so that JAX compiles once
+SEVERAL = st.builds(reporting, st.integers(10, 50), RANGES_MM, st.just(3), st.integers(1, 300))
+THREE_SEVERAL = st.lists(SEVERAL, min_size=3, max_size=3)
 # all sensors of their rings are evaluated
 WIDE = st.lists(FANS | NARROW, min_size=2, max_size=2).flatmap(
     lambda two: FANS.map(lambda first: [first, *two])
@@ -200,6 +206,14 @@ def test_a_sharp_value_is_the_criterion_by_counting(case, number, setup, rng):
 
 @pytest.mark.slow
 @settings(max_examples=4)
+@given(st.integers(0, 1), setups(THREE_SEVERAL, 12), GENERATORS)
+def test_a_sharp_value_counts_what_sensors_of_several_targets_report(number, setup, rng):
+    scene, soft = soft_of(number, Criterion(), **RETURNS)
+    check_sharp(scene, soft, setup, Criterion(), rng, 0.001)
+
+
+@pytest.mark.slow
+@settings(max_examples=4)
 @given(st.integers(0, 1), setups(WIDE, 4), GENERATORS)
 def test_errors_of_mounting_move_beams_and_shadows(number, setup, rng):
     """All but those of the cell."""
@@ -222,7 +236,17 @@ def test_slopes_are_central_differences(case, setup, rng):
     """In 32 bit: steps of 1e-3, rounded by 1e-7, are off by 1e-4, and by more where the slope bends
     in a step. Where sensors are hidden or err, the next one of a ring may replace a nearest one
     with a jump, which wide sigmoids show; the median of several directions is free of it."""
-    aim, fields = SLOPES[case]
+    check_slopes(setup, rng, *SLOPES[case])
+
+
+@pytest.mark.slow
+@settings(max_examples=2)
+@given(setups(THREE_SEVERAL, 12), GENERATORS)
+def test_slopes_of_several_targets_are_central_differences(setup, rng):
+    check_slopes(setup, rng, Criterion(), RETURNS)
+
+
+def check_slopes(setup, rng, aim, fields):
     scene, soft = soft_of(0, aim, **fields)
     arrays, values = arrays_of(scene, setup)
     sample = Sample(points_of(terms_of(scene, setup, aim), rng).astype(np.float32))

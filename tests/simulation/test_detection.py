@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.occlusion.occluders import Occluders, beams
+from place_rings.coverage.occlusion.occlusion_mode import OCCLUSIONS
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_axes, sensor_cones
 from place_rings.coverage.robots.built_in import UR10
@@ -36,7 +37,9 @@ from place_rings.simulation.detection import (
     walker,
 )
 from place_rings.simulation.motion_samples import STEP, moments_of_record, moments_of_scene
-from place_rings.simulation.sightings import stops
+from place_rings.simulation.sightings import dark_distances
+
+from ..strategies.singles import reporting
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
 AZIMUTHS = np.linspace(0, 2 * np.pi, 8, endpoint=False) + 0.1
@@ -102,7 +105,7 @@ def test_distances_are_those_of_points_on_the_body():
         assert (gap - STILL.required[0]).min() > -1.6 * STEP * 2.5
 
 
-@pytest.mark.parametrize("worse", ["latency", "period", "range", "shadow", "blind"])
+@pytest.mark.parametrize("worse", ["latency", "period", "range", *OCCLUSIONS[1:]])
 def test_later_shorter_or_hidden_never_helps(worse):
     setup = named_setup("n2_16_25")
     best = run(setup)
@@ -113,13 +116,11 @@ def test_later_shorter_or_hidden_never_helps(worse):
         changed = {
             "latency": (0.02, 0.3),
             "period": (0.3, 0.0),
-            "shadow": (0.02, 0.0),
-            "blind": (0.02, 0.0),
-        }[worse]
+        }.get(worse, (0.02, 0.0))
         other = run(
             setup,
             timing=timing(setup, *changed),
-            occlusion=worse if worse in ("shadow", "blind") else "ignore",
+            occlusion=worse if worse in OCCLUSIONS else "ignore",
         )
     assert np.all(np.nan_to_num(other.report, nan=-1) <= np.nan_to_num(best.report, nan=-1) + 1e-6)
     assert np.all(best.in_time | ~other.in_time)
@@ -188,20 +189,41 @@ def test_sensors_of_one_zone_are_blinded_no_later_than_their_beams_are():
     frames, poses = forward(UR10.chain, POSE[None]), np.zeros(1, int)
     setup, table = named_setup("n2_16_55"), box([0.8, 0, 0.1], [0.5, 1.5, 0.05])
     bodies = robot_capsules(UR10, frames)
-    found = stops(
-        setup, *(np.asarray(a) for a in sensor_axes(UR10, setup, frames)), bodies, (table,)
-    )[0]
+    axes = (np.asarray(a) for a in sensor_axes(UR10, setup, frames))
+    found = dark_distances(setup, *axes, bodies, (table,), "blind")[0, :, 0, 0]
     here = Capsules(bodies.start[0], bodies.end[0], bodies.radius)
     exact = beams(sensor_cones(UR10, setup, POSE), Occluders(here, (table,)), "blind")
     stands = exact.cones.range_m < 0
     assert np.all(found[stands] == 0)
-    assert np.all(found <= np.where(stands, 0, exact.stop) + 1e-6)
-    assert np.mean(np.isclose(found, exact.stop, atol=5e-3) | stands) > 0.9
+    stop = exact.dark[:, 0, 0]
+    assert np.all(found <= np.where(stands, 0, stop) + 1e-6)
+    assert np.mean(np.isclose(found, stop, atol=5e-3) | stands) > 0.9
     multi, single = (effective(Use(name)).sensor for name in ("vl53l5cx", "vl53l1x"))
     for sensor, blinded in ((multi, False), (single, True)):
         other = Setup(tuple(replace(r, sensor=sensor) for r in setup.rings))
         axes = (np.asarray(a) for a in sensor_axes(UR10, other, frames[poses]))
-        assert np.isfinite(stops(other, *axes, bodies, ())).any() == blinded
+        dark = dark_distances(other, *axes, bodies, (), "blind")[..., 0]
+        assert np.isfinite(dark).any() == blinded
+
+
+def test_sensors_of_several_targets_are_in_the_dark_as_long_as_their_beams_are():
+    sensor = reporting(40, 1500, 3, 200)
+    frames, table = forward(UR10.chain, POSE[None]), box([0.8, 0, 0.1], [0.5, 1.5, 0.05])
+    setup, bodies = named_setup("n2_16_55", sensor), robot_capsules(UR10, frames)
+    axes = (np.asarray(a) for a in sensor_axes(UR10, setup, frames))
+    found = dark_distances(setup, *axes, bodies, (table,), "returns")[0]
+    here = Capsules(bodies.start[0], bodies.end[0], bodies.radius)
+    exact = beams(sensor_cones(UR10, setup, POSE), Occluders(here, (table,)), "returns")
+    away = np.linspace(0, 1.6, 300)
+
+    def dark(intervals):
+        start, end = np.moveaxis(intervals, 2, 0)[..., None]
+        return ((start <= away) & (away < end)).any(axis=1)
+
+    free = exact.cones.range_m > 0
+    assert np.all(dark(found)[free] | ~dark(exact.dark + 1e-6 * np.array([1, -1]))[free])
+    assert np.mean(dark(found)[free] == dark(exact.dark)[free]) > 0.9
+    assert np.mean(dark(exact.dark)[free] & ~dark(exact.dark[:, 2:])[free]) > 0.05
 
 
 def test_the_same_seed_gives_the_same_walks():

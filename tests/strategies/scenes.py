@@ -27,7 +27,7 @@ from place_rings.coverage.targets.solid import target_solid
 from place_rings.coverage.targets.target import Target
 
 from .rings import LONGEST, ROBOT_NAMES
-from .singles import SENSORS, mixed_setups, with_sensors
+from .singles import REPORTING, SENSORS, mixed_setups, with_sensors
 from .solids import boxes, pointed_bodies
 
 DENSE = {
@@ -112,7 +112,7 @@ def scenes(
         pose_deg=st.tuples(*[st.integers(-180, 180)] * LONGEST),
         target=targets,
         blend_percent=st.integers(10, 100),
-        setup=st.builds(with_sensors, mixed_setups(), st.lists(SENSORS, max_size=2)),
+        setup=st.builds(with_sensors, mixed_setups(), st.lists(SENSORS | REPORTING, max_size=2)),
         fineness_percent=st.integers(25, 100),
         obstacles=obstacles,
     )

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.mounted_sensor import MountedSensor
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.robot import Robot
-from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import Sensor, effective
+from place_rings.coverage.sensors.sensor_model import Model, Range
 from place_rings.formats.sensors.sensor_frames import sensor_frames
 
 from .rings import LINKS, setups
@@ -38,6 +40,19 @@ def frustum(fov_deg: int, range_mm: int, thickness_mm: int) -> Sensor:
     return Sensor(fov, range_mm / 1000, shape="frustum", thickness=thick)
 
 
+def reporting(fov_deg: int, range_mm: int, targets: int, separation_mm: int) -> Sensor:
+    """A sensor with a cone that reports several targets."""
+    own = Model(
+        name="drawn",
+        source="drawn",
+        fov_deg=fov_deg,
+        ranges=(Range(range_m=range_mm / 1000),),
+        targets=targets,
+        separation_m=separation_mm / 1000,
+    )
+    return effective(Use(own)).sensor
+
+
 RANGES_MM = st.integers(200, 1600)
 BEAMS = st.builds(
     beam,
@@ -49,6 +64,9 @@ BEAMS = st.builds(
 DOMES = st.builds(dome, st.integers(20, 180), RANGES_MM)
 FANS = st.builds(fan, st.integers(20, 360), RANGES_MM, st.integers(20, 300))
 FRUSTUMS = st.builds(frustum, st.integers(1, 900), RANGES_MM, st.integers(5, 200))
+REPORTING = st.builds(
+    reporting, st.integers(3, 115), RANGES_MM, st.integers(2, 4), st.integers(1, 400)
+)
 SENSORS = BEAMS | DOMES | FANS | FRUSTUMS
 """Sensors of any shape."""
 KINDS = (

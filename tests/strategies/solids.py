@@ -71,7 +71,7 @@ def square_beams(apex, axis, half, range_m, up, half_up) -> MixedBeams:
     """Pyramids of several zones, and cones where ``half_up`` is 0."""
     square = half_up > 0
     which = tuple({Cones: ~square, Pyramids: square}.get(shape) for shape in SHAPES)
-    return MixedBeams(apex, axis, half, range_m, up, half_up, which, None, square)
+    return MixedBeams(apex, axis, half, range_m, up, half_up, None, which, None, square)
 
 
 def mixed(cones: list[Beam], pyramids: list[Beam]) -> MixedBeams:
