@@ -104,7 +104,7 @@ class Scene:
     """Model of occlusion by the robot's own body: ignore (transparent bodies, as in the paper),
     shadow (points behind a body are not covered), returns (nor is what a one-zone sensor of several
     targets cannot tell from a body in its beam) or blind (a one-zone sensor covers nothing beyond
-    the nearest body in its beam)."""
+    the nearest surface in its beam); default without bodies: ignore. Obstacles always occlude."""
     ring_radius: Annotated[float, Field(gt=0, le=1)] | None = None
     """Radius of new rings, m; default 0.08, or more where a real ring needs it."""
     sensor: Sensor = PAPER_SENSOR
