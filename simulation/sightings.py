@@ -63,9 +63,8 @@ def dark_distances(
     if occlusion == "returns":
         separation = np.repeat(separations_of([g.sensor for g in setup.groups]), count, axis=0)
     # with one target only the first return of all bodies matters
-    parts = [np.arange(len(radius))]
-    if separation.shape[1] > 1:
-        parts = [part[None] for part in parts[0]]
+    every = np.arange(len(radius))
+    parts = [every] if separation.shape[1] == 1 else np.split(every, len(every))
     near, far = list[np.ndarray](), list[np.ndarray]()
     for n in parts:
         length = np.linalg.norm((end - start)[0, n], axis=1)
@@ -79,6 +78,6 @@ def dark_distances(
     for body in obstacles:
         near.append(polyhedron_in_beam(looks, body).reshape(apex.shape[:2]))
         far.append(polyhedron_end(apex, body))
-    dark: np.ndarray = unreported(np.stack(near, -1), np.stack(far, -1), separation)
+    dark = np.asarray(unreported(np.stack(near, -1), np.stack(far, -1), separation))
     dark[:, zoned, :, 0] = np.inf
     return dark

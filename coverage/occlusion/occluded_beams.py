@@ -58,13 +58,14 @@ class OccludedBeams(Parts):
         value = self._past(points, index, value)
         return np.maximum(value, self._in_dark(points, index, self.dark))
 
-    def _in_dark(self, points: Array, index: Index, dark: Array) -> Any:
+    def _in_dark(self, points: Array, index: Index, dark: np.ndarray) -> Any:
         """Return the function of distances in which sensors report nothing, positive there, m."""
         if not np.isfinite(dark[..., 0]).any():
             return -np.inf
         v = points - rows(self.cones.apex, index)
         away = root(dot(v, v))
-        each = (inside(away, *interval) for interval in np.moveaxis(dark[index], (-2, -1), (0, 1)))
+        intervals = np.moveaxis(np.asarray(dark[index]), (-2, -1), (0, 1))
+        each = (inside(away, *interval) for interval in intervals)
         return reduce(np.maximum, each)
 
     def _past(self, points: Array, index: Index, value: Array, limit: float = np.inf) -> Any:

@@ -145,7 +145,7 @@ def _dark(
         none = np.zeros((len(cones), 0, 2))
         return none, none
     looks, each = _looks(around(cones), k), []
-    far = _ends(looks.apex, occluders)
+    far = _ends(np.asarray(looks.apex), occluders)
     for margin in (MARGIN, -MARGIN) if bracketed else (0.0,):
         bodies = _in_capsules(capsule_in_beam, looks, occluders.bodies, margin)
         near = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)

@@ -58,7 +58,8 @@ def unreported(
     else:
         order = xp.argsort(near, axis=-1)[..., : separation.shape[-1]]
     start, end = (xp.take_along_axis(a, order, axis=-1) for a in (near, far))
-    return xp.stack([start, end + separation[..., : start.shape[-1]]], axis=-1)
+    intervals: Array = xp.stack([start, end + separation[..., : start.shape[-1]]], axis=-1)
+    return intervals
 
 
 def inside(away: Array, start: Numbers, end: Numbers) -> Any:

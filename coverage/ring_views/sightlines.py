@@ -87,8 +87,7 @@ class Sightlines:
             np.concatenate([column[i][column[2]] for column in each], axis=1) for i in (0, 1)
         )  # (P, N, S)
         near, far = np.moveaxis(near, 1, 2), np.moveaxis(far + np.float32(GRAZE), 1, 2)
-        intervals: np.ndarray = unreported(near, far, separation)
-        return intervals
+        return np.asarray(unreported(near, far, separation))
 
     def clear(
         self, s: Int[np.ndarray, " T"], points: MountPoints, n: Int[np.ndarray, " T"]

@@ -11,6 +11,7 @@ import place_rings as pr
 import pytest
 import trimesh
 from place_rings.coverage.definitions.errors import UserError
+from place_rings.coverage.occlusion.occlusion_mode import OCCLUSIONS
 from place_rings.coverage.rings.mounting_errors import Mountings
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
@@ -50,6 +51,16 @@ def test_obstacles_are_no_target_and_shadow_under_every_model():
     }
     assert under == each
     assert by_occlusion(Verifier(Scene.paper(), 0.04, "certified"), setup, before) == {}
+
+
+def test_returns_is_counted_where_a_one_zone_sensor_reports_several_targets():
+    for name in ("vl53l4cx", "vl53l1x", "vl53l5cx"):
+        sensor = pr.sensors[name]
+        several = len(sensor.separations) > 1 and not sensor.zoned
+        assert several == (name == "vl53l4cx")
+        verifier, setup = Verifier(Scene(sensor=sensor), 0.08), named_setup("n1_8_0", sensor)
+        each = by_occlusion(verifier, setup, verifier.verify(setup, Shell(0.5)))
+        assert list(each) == [m for m in OCCLUSIONS if several or m != "returns"]
 
 
 def test_certified_holds_the_count_under_every_model():
