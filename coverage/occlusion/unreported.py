@@ -53,7 +53,7 @@ def unreported(
         separation: see ``separations``.
     """
     xp = namespace(near)
-    if separation.shape[-1] == 1:  # quicker
+    if separation.shape[-1] == 1 and near.shape[-1]:  # quicker
         order = near.argmin(axis=-1)[..., None]
     else:
         order = xp.argsort(near, axis=-1)[..., : separation.shape[-1]]

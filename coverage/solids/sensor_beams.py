@@ -71,8 +71,8 @@ class BeamShapes(NamedTuple):
         """
         sizes = np.array([sensor.sizes for sensor in sensors], float).reshape(-1, 3).T
         half, range_m, size = map(each, sizes, (np.pi / 4, -np.inf, 0.0))
-        own = [each(row, np.inf) for row in separations_of(sensors, every).T]
-        separation = np.stack(own, axis=-1) if len(own) > 1 else None
+        targets = [each(row, np.inf) for row in separations_of(sensors, every).T]
+        separation = np.stack(targets, axis=-1) if len(targets) > 1 else None
         if all(sensor.plain for sensor in every):
             return BeamShapes(half, range_m, separation=separation)
         which, spare = list[Any](), 1.0  # what is beyond the sensors counts as of the first shape
