@@ -3,23 +3,24 @@ closed targets."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..coverage.definitions.errors import InputError, UserError, shown
+from ..coverage.definitions.errors import InputError, UserError, shown, unusable
 from ..coverage.definitions.field_types import FARTHEST, LONGEST_NAME, ORIGIN
 from ..coverage.robots.attached import Solid
 from ..coverage.solids.polyhedra import MOST_FACES, hull
 from ..coverage.targets.own import MOST_FACES as MOST_TRIANGLES
 from ..coverage.targets.own import Mesh
 from .mesh_readers.mesh_numbers import MeshError
-from .mesh_readers.scene_mesh import read_scene_mesh
+from .mesh_readers.scene_mesh import MESHES, read_scene_parts
 from .stand_ins import refuse_stand_in
 
-MESHES = ("stl", "ply", "off", "obj")
+_NAMED = 12  # most names in a message
 _PIECES = 64  # most separate parts of a mesh
 _DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
@@ -41,16 +42,19 @@ def parts_of_meshes(solids: Sequence[Solid], where: str, read: Any) -> Iterator[
             yield from _parts(solid, key, *read(key, solid.file))
 
 
-def mesh_in(where: str, name: str | None, data: bytes) -> Any:
-    """Return the mesh in a file that a scene or a target names.
+def parts_in(
+    where: str, name: str | None, data: bytes, patterns: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return the chosen parts of a mesh file that a scene or a target names, by their names.
 
     Args:
         where: file and key that name it, for messages.
         name: name of the file.
         data: its content.
+        patterns: as in ``ConvexSolid.parts``.
 
     Raises:
-        UserError: if it is none.
+        UserError: if it is no mesh, or a pattern fits no part.
     """
     kind = Path(name or "").suffix.lower().lstrip(".")
     if kind not in MESHES:
@@ -58,15 +62,40 @@ def mesh_in(where: str, name: str | None, data: bytes) -> Any:
         raise UserError(f"{where}: found {shown(name)}, allowed: a mesh, {allowed}")
     refuse_stand_in(data, f"{where}: {shown(name)}")
     try:
-        return read_scene_mesh(kind, data)
+        parts = read_scene_parts(kind, data)
     except MeshError as error:
         raise UserError(f"{where}: {shown(name)}: allowed: {error}") from error
+    chosen = _chosen(list(parts), patterns, where.removesuffix(".file"), name)
+    return {part: parts[part] for part in chosen}
+
+
+def _chosen(names: list[str], patterns: Sequence[str], key: str, file: str | None) -> list[str]:
+    """Return the names of the parts that patterns choose, in the order of the file."""
+    chosen = set(names) if not patterns or patterns[0].startswith("!") else set[str]()
+    for i, pattern in enumerate(patterns):
+        wanted = pattern.removeprefix("!")
+        fits = {n for n in names for p in (n, *n.split("/")) if fnmatchcase(p, wanted)}
+        if not fits:
+            known = ", ".join(names[:_NAMED]) + f" and {len(names) - _NAMED} more" * (
+                len(names) > _NAMED
+            )
+            raise unusable(f"{key}.parts[{i}]", pattern, f"a part of {file}: {known or 'none'}")
+        chosen = chosen - fits if pattern.startswith("!") else chosen | fits
+    if not chosen:
+        raise unusable(f"{key}.parts", list(patterns), f"at least one part of {file}")
+    return [name for name in names if name in chosen]
 
 
 def _parts(model: Solid, key: str, path: Path, data: bytes) -> Iterator[Solid]:
+    for part, mesh in parts_in(key, model.file, data, model.parts).items():
+        words = (model.name, part.rpartition("/")[2])
+        yield from _pieces(model, key, " ".join(filter(None, words)) or path.stem, mesh)
+
+
+def _pieces(model: Solid, key: str, name: str, mesh: Any) -> Iterator[Solid]:
+    """Yield the connected parts of a mesh, each by its convex hull."""
     import trimesh  # slow to load
 
-    mesh = mesh_in(key, model.file, data)
     parts = trimesh.graph.connected_component_labels(mesh.face_adjacency, len(mesh.faces))
     if not 0 < (count := int(parts.max(initial=-1)) + 1) <= _PIECES:
         raise UserError(f"{key}: found {count} separate parts, allowed: 1 to {_PIECES}")
@@ -87,14 +116,19 @@ def _parts(model: Solid, key: str, path: Path, data: bytes) -> Iterator[Solid]:
                 f"{key}: part {n} of {shown(model.file)} lies beyond {FARTHEST:g} m; move it closer"
             )
         part = f" part {n}" if len(pieces) > 1 else ""
-        name = (model.name or path.stem)[: LONGEST_NAME - len(part)] + part
-        placed: Any = {"file": None, "scale": 1.0, "centre": ORIGIN, "rpy_deg": ORIGIN}
+        called = name[: LONGEST_NAME - len(part)] + part
+        placed: Any = {"file": None, "scale": 1.0, "centre": ORIGIN, "rpy_deg": ORIGIN, "parts": ()}
         hulled = not bool(piece.is_convex)
-        yield replace(model, name=name, points=corners, hulled=hulled, **placed)
+        yield replace(model, name=called, points=corners, hulled=hulled, **placed)
 
 
 def closed_mesh(
-    where: str, path: Path, data: bytes, scale: float, T: Float[np.ndarray, "4 4"]
+    where: str,
+    path: Path,
+    data: bytes,
+    scale: float,
+    T: Float[np.ndarray, "4 4"],
+    patterns: Sequence[str] = (),
 ) -> Mesh:
     """Return the closed mesh in a file.
 
@@ -104,11 +138,14 @@ def closed_mesh(
         data: its content.
         scale: length of one unit of the mesh, m.
         T: pose of the mesh in the base frame, m.
+        patterns: as in ``ConvexSolid.parts``.
 
     Raises:
         UserError: if it cannot be read, is not closed, or is too large.
     """
-    mesh = mesh_in(where, path.name, data)
+    import trimesh  # slow to load
+
+    mesh = trimesh.util.concatenate(list(parts_in(where, path.name, data, patterns).values()))
     mesh.merge_vertices()
     corners, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     corners = np.round(corners * scale @ T[:3, :3].T + T[:3, 3], _DIGITS)

@@ -49,7 +49,7 @@ def _with_meshes(volume: Any, key: str, read: Read) -> Any:
             table = _checked(MeshFile, keys, key)
             path, data = read(f"{key}.file", table.file)
             T = transform(table.centre, np.radians(table.rpy_deg))
-            return closed_mesh(f"{key}.file", path, data, table.scale, T)
+            return closed_mesh(f"{key}.file", path, data, table.scale, T, table.parts)
         case {"of": [*parts]}:
             of = [_with_meshes(part, f"{key}.of[{i}]", read) for i, part in enumerate(parts)]
             return dict(volume) | {"of": of}

@@ -40,9 +40,12 @@ def plain_yaml(
             if any(key.tag == "tag:yaml.org,2002:merge" for key, _ in node.value):
                 raise yaml.YAMLError("a merge (<<), which may double at each level; write its keys")
 
-    for tag in tags if tagged is not None else ():
-        read = lambda loader, node, tag=tag: tagged(loader.construct_scalar(node), tag)  # noqa: E731
-        Plain.add_constructor(f"!{tag}", read)
+    def reader(tag: str, value: Callable[[str, str], Any]) -> Callable[[Any, Any], Any]:
+        return lambda loader, node: value(loader.construct_scalar(node), tag)
+
+    if tagged is not None:
+        for tag in tags:
+            Plain.add_constructor(f"!{tag}", reader(tag, tagged))
     try:
         return yaml.load(text, Plain)  # a SafeLoader
     except (yaml.YAMLError, RecursionError, ValueError) as error:

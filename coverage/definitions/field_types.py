@@ -63,6 +63,7 @@ InPython = Annotated[T, GetPydanticSchema(_unchecked), SkipJsonSchema(), Field(e
 Several = Annotated[tuple[T, ...], BeforeValidator(as_several)]
 """One item or any number of them, as a tuple."""
 Text = Annotated[str, Field(max_length=LONGEST_NAME)]
+PartNames = Annotated[Items[Text], Field(max_length=100)]
 Metres = Annotated[float, Field(gt=0, le=100, description="length, m")]
 Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="coordinate, m")]
 Point = Triple[Coordinate]

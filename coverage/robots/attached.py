@@ -11,7 +11,16 @@ from jaxtyping import Float
 from pydantic import Field, PlainValidator, WithJsonSchema
 
 from ..definitions.definition import definition, fault, refuse
-from ..definitions.field_types import FARTHEST, ORIGIN, Angles, Items, Metres, Text, Triple
+from ..definitions.field_types import (
+    FARTHEST,
+    ORIGIN,
+    Angles,
+    Items,
+    Metres,
+    PartNames,
+    Text,
+    Triple,
+)
 from ..definitions.units import ELSEWHERE
 from ..solids.capsules import Capsules
 from ..solids.polyhedra import MOST_FACES, Polyhedron, box, hull, placed
@@ -61,6 +70,9 @@ class ConvexSolid:
     """Mesh file in the scene's folder or below."""
     scale: Annotated[float, Field(gt=0, le=1000)] = 1.0
     """Length of one unit of the mesh, m."""
+    parts: PartNames = ()
+    """Parts of a glTF file that are taken, by the names of its nodes, in which ``*`` stands for any
+    text; a ``!`` before a name leaves the part out. Default: all."""
     points: Annotated[Items[SolidPoint], Field(min_length=4, max_length=20_000)] | None = None
     """Points whose convex hull is the solid, m."""
     hulled: Annotated[bool, ELSEWHERE] = field(default=False, compare=False)
@@ -79,6 +91,8 @@ class ConvexSolid:
         if self.scale != 1.0 and self.file is None:
             allowed = "no scale without file, because it scales a mesh"
             refuse([((), f"scale {self.scale:g}", allowed)])
+        if self.parts and self.file is None:
+            refuse([(("parts",), list(self.parts), "parts only with the file that has them")])
         T = self.transform
         if self.size is not None:
             return box(self.centre, self.size, T[:3, :3])

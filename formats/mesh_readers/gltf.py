@@ -30,6 +30,7 @@ from .mesh_numbers import (
 _TYPES = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTH = {"SCALAR": 1, "VEC3": 3}
 _MOST_VALUES = 2_000_000  # of a file's text
+_LONGEST = 1000  # characters of a part's name
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6  # modes of a primitive that have a surface
 _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 _COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
@@ -47,8 +48,20 @@ def read_gltf(data: bytes, beside: Callable[[str], bytes]) -> Float[np.ndarray, 
     Raises:
         MeshError: if it lacks a part that it names, has a compression, or too many triangles.
     """
+    parts = list(gltf_parts(data, beside).values())
+    return np.concatenate(parts) if parts else np.zeros((0, 3, 3))
+
+
+def gltf_parts(
+    data: bytes, beside: Callable[[str], bytes]
+) -> dict[str, Float[np.ndarray, "T 3 3"]]:
+    """Return the triangles (T, 3, 3) m of each part of a glTF file's scene, as ``read_gltf`` does.
+
+    A part is a node with a mesh. Its name has the names of the nodes from the root to it, with a /
+    between them. Parts of the same name are one.
+    """
     try:
-        return _Gltf(data, beside).triangles()
+        return _Gltf(data, beside).parts()
     except _ODD as error:
         if isinstance(error, MeshError):
             raise
@@ -69,19 +82,22 @@ class _Gltf:
                 raise MeshError(f"glTF that does not require {name:.60}; export it without that")
         self._values: dict[int, np.ndarray] = {}
 
-    def triangles(self) -> Float[np.ndarray, "T 3 3"]:
-        """Return the triangles of the scene."""
+    def parts(self) -> dict[str, Float[np.ndarray, "T 3 3"]]:
+        """Return the triangles of the scene's parts, by their names."""
         instances = self._instances()
-        primitives = {mesh: self._item("meshes", mesh)["primitives"] for _, mesh in instances}
-        bounded(sum(len(primitives[mesh]) for _, mesh in instances), MOST_PARTS, "surfaces")
+        primitives = {mesh: self._item("meshes", mesh)["primitives"] for *_, mesh in instances}
+        bounded(sum(len(primitives[mesh]) for *_, mesh in instances), MOST_PARTS, "surfaces")
         counts = {m: sum(self._count(p) for p in parts) for m, parts in primitives.items()}
-        bounded(sum(counts[mesh] for _, mesh in instances), MOST_TRIANGLES, "triangles")
+        bounded(sum(counts[mesh] for *_, mesh in instances), MOST_TRIANGLES, "triangles")
         shapes = {m: [self._primitive(p) for p in parts] for m, parts in primitives.items()}
-        found = [placed(part, _Y_UP @ T) for T, mesh in instances for part in shapes[mesh]]
-        return np.concatenate(found) if found else np.zeros((0, 3, 3))
+        found: dict[str, list[np.ndarray]] = {}
+        for name, T, mesh in instances:
+            found.setdefault(name, []).extend(placed(part, _Y_UP @ T) for part in shapes[mesh])
+        return {name: np.concatenate(parts) for name, parts in found.items() if parts}
 
-    def _instances(self) -> list[tuple[Float[np.ndarray, "4 4"], int]]:
-        """Return the meshes of the scene with their poses; each node stands once, as in a tree."""
+    def _instances(self) -> list[tuple[str, Float[np.ndarray, "4 4"], int]]:
+        """Return the meshes of the scene with names and poses; each node stands once, as in a
+        tree."""
         nodes = self._json.get("nodes", [])
         bounded(len(nodes), MOST_PARTS, "nodes")
         scenes = self._json.get("scenes", [])
@@ -91,16 +107,16 @@ class _Gltf:
             if scenes
             else [i for i in range(len(nodes)) if i not in below]
         )
-        stack, seen, placed_meshes = [(i, np.eye(4)) for i in roots], set[int](), []
+        stack, seen, placed_meshes = [(i, "", np.eye(4)) for i in roots], set[int](), []
         while stack:
-            i, T = stack.pop()
+            i, above, T = stack.pop()
             if i in seen or not 0 <= i < len(nodes):
                 raise MeshError(f"nodes in a tree (number {i} is not); {AGAIN}")
             seen.add(i)
-            T = T @ _pose(nodes[i])
+            T, name = T @ _pose(nodes[i]), f"{above}/{nodes[i].get('name') or i}"[:_LONGEST]
             if "mesh" in nodes[i]:
-                placed_meshes.append((T, nodes[i]["mesh"]))
-            stack += [(child, T) for child in nodes[i].get("children", ())]
+                placed_meshes.append((name.lstrip("/"), T, nodes[i]["mesh"]))
+            stack += [(child, name, T) for child in nodes[i].get("children", ())]
         return placed_meshes
 
     def _count(self, primitive: dict[str, Any]) -> int:

@@ -1,34 +1,53 @@
-"""Reader of the meshes that scenes and targets name: STL, PLY, OFF and OBJ."""
+"""Reader of the meshes that scenes and targets name: STL, PLY, OFF, OBJ, and glTF with parts."""
 
 import io
 import re
 from typing import Any
 
+from .gltf import gltf_parts
 from .mesh_numbers import AGAIN, MOST_CORNERS, MOST_TRIANGLES, MeshError, bounded
 from .obj import read_obj
 from .stl import read_stl
 
+MESHES = ("stl", "ply", "off", "obj", "glb", "gltf")
 _START = 65_536  # bytes that hold the header of a PLY or OFF file
 _COUNT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\d+)", re.MULTILINE)
 
 
-def read_scene_mesh(kind: str, data: bytes) -> Any:
-    """Return the mesh in a file, as one of trimesh with equal corners merged.
+def read_scene_parts(kind: str, data: bytes) -> dict[str, Any]:
+    """Return the parts of a file by their names, as meshes of trimesh with equal corners merged.
 
     Args:
-        kind: stl, ply, off or obj.
+        kind: one of ``MESHES``; all but glTF have one part, without a name.
         data: the file.
 
     Raises:
         MeshError: if it cannot be read, or has too many triangles.
     """
+    if kind in ("ply", "off"):
+        return {"": _loaded(kind, data)}
     import trimesh  # slow to load
 
-    if kind in ("stl", "obj"):
-        triangles = (read_stl if kind == "stl" else read_obj)(data)
-        if not len(triangles):
-            raise MeshError(f"1 to {MOST_TRIANGLES} triangles (it has 0)")
-        return trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
+    if kind in ("gltf", "glb"):
+        parts = dict(reversed(gltf_parts(data, _alone).items()))  # from a stack: in file order
+    else:
+        parts = {"": (read_stl if kind == "stl" else read_obj)(data)}
+    if not any(map(len, parts.values())):
+        raise MeshError(f"1 to {MOST_TRIANGLES} triangles (it has 0)")
+    return {
+        name: trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
+        for name, triangles in parts.items()
+    }
+
+
+def _alone(uri: str) -> bytes:
+    raise MeshError(f"one file with all of its data, such as a .glb (it names {uri:.60})")
+
+
+def _loaded(kind: str, data: bytes) -> Any:
+    """Return the mesh in a PLY or OFF file."""
+    import trimesh
+
     _bound_counts(kind, data)
     try:
         mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)

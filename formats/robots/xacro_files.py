@@ -92,7 +92,7 @@ class _Expansion:
         if unknown := [name for name in self._arguments if name not in self._declared]:
             names = some(sorted(self._declared)) or "none, as the file declares no argument"
             raise unusable(f"{self._path}: --xacro-arg", unknown[0], names)
-        return plain_xml(document.documentElement.toxml().encode(), str(self._path))
+        return plain_xml(document.toxml().encode(), str(self._path))
 
     def explained(self, error: Exception) -> UserError:
         """Return the error for a person: the innermost of this product, else what xacro says."""

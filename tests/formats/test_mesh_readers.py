@@ -24,7 +24,7 @@ from place_rings.formats.mesh_readers.mesh_numbers import (
     strips,
 )
 from place_rings.formats.mesh_readers.obj import read_obj
-from place_rings.formats.mesh_readers.scene_mesh import read_scene_mesh
+from place_rings.formats.mesh_readers.scene_mesh import read_scene_parts
 from place_rings.formats.mesh_readers.stl import read_stl
 from place_rings.formats.robots.xml_text import plain_xml
 from scipy.spatial.transform import Rotation
@@ -411,11 +411,11 @@ def test_an_obstacle_of_many_faces_parts_or_corners_is_one_line(tmp_path, run):
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply", "off"])
 def test_scene_meshes_keep_their_corners(kind):
     made = trimesh.creation.icosphere(1).export(file_type=kind)
-    mesh = read_scene_mesh(kind, made.encode() if isinstance(made, str) else made)
+    (mesh,) = read_scene_parts(kind, made.encode() if isinstance(made, str) else made).values()
     assert len(mesh.vertices) == 42
     assert mesh.is_watertight
     with pytest.raises(MeshError):
-        read_scene_mesh(kind, b"")
+        read_scene_parts(kind, b"")
 
 
 @settings(max_examples=15)
