@@ -120,7 +120,7 @@ def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, floa
     goals, weights = verifier.scene.targets, verifier.scene.goal_weights
     if aim.detection is not None:
         return _judged(
-            verifier, [detected(verifier, setup, g.target, aim.detection) for g in goals]
+            verifier, [expected_share(verifier, setup, g.target, aim.detection) for g in goals]
         )
     if aim.losing:
         lost = "without_ring" if aim.losing == "ring" else "without_sensor"
@@ -134,7 +134,7 @@ def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, floa
     return _judged(verifier, means)
 
 
-def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detection) -> float:
+def expected_share(verifier: Verifier, setup: Setup, target: Target, detection: Detection) -> float:
     """Return the expected share of a target in which a setup detects a test piece, the mean over
     the poses."""
     poses = range(len(verifier.scene.poses))
