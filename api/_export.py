@@ -9,6 +9,7 @@ from ._errors import InputError, input_errors, new_files
 from ._options import called_with
 from ._validation import SetupCall, resolve_setup
 from .coverage.definitions.errors import shown
+from .coverage.robots.base_frame import must_turn
 from .formats.export.options import ExportOptions
 from .formats.firmware.wiring import plan_setup
 from .formats.writing import write_bytes
@@ -19,7 +20,8 @@ class ExportCall(ExportOptions, SetupCall):
     """A call of ``export``."""
 
     to: str | Sequence[str] = field(kw_only=True)
-    """One format or several: urdf, mjcf, glb, csv, json, coppeliasim, ros2, mcap, stl, firmware."""
+    """One format or several: urdf, mjcf, usd, sdf, glb, csv, json, coppeliasim, ros2, mcap, stl,
+    firmware."""
     folder: str | Path = field(default="place-rings-export", kw_only=True)
     """Output folder; created if it does not exist."""
     urdf: str | Path | None = field(default=None, kw_only=True)
@@ -69,10 +71,10 @@ def export(call: ExportCall) -> tuple[Path, ...]:
 
 
 def exported(call: ExportCall) -> tuple[tuple[Path, ...], list[str]]:
-    """Write the files of ``export``; return their paths, and notes on the wiring of rings."""
+    """Write the files of ``export``; return their paths, and notes."""
     from .formats.export.placed import PlacedSetup
     from .formats.robots.urdf import read_urdf
-    from .reporting.export_formats import FORMATS
+    from .reporting.export_formats import FORMATS, export_notes
 
     kinds, pose, urdf = call.kinds, call.pose, call.urdf
     _, placed, core = resolve_setup(call.setup, call.scene)
@@ -80,19 +82,26 @@ def exported(call: ExportCall) -> tuple[tuple[Path, ...], list[str]]:
         last = len(core.poses) - 1
         allowed = f"0 to {last}, the scene's poses" if last else "0, the scene's only pose"
         raise InputError(f"found {pose}, allowed: {allowed}", "pose")
-    given = {"controller": call.board, "bus": call.wiring}
-    changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    chosen = {"controller": call.board, "bus": call.wiring}
+    changes: dict[str, Any] = {key: value for key, value in chosen.items() if value is not None}
     core = replace(core, electronics=replace(core.electronics, **changes))
     notes = list[str]()
     if "firmware" in kinds:
         with input_errors("wiring"):
             notes = [ring.note for ring in plan_setup(placed, core.electronics) if ring.note]
     out = Path(call.folder)
+    try:
+        must_turn(core.robot, call.base_frame)
+    except ValueError as error:
+        line = f"found {shown(call.base_frame)}, allowed: {error}"
+        raise InputError(line, "base_frame") from error
     with input_errors():
         robot = None if urdf is None else read_urdf(Path(urdf))
         folders = tuple(Path(p) for p in call.packages)
         named = {name: Path(path) for name, path in (call.package or {}).items()}
-        what = PlacedSetup(core, placed, pose, out, robot, folders, named, call.points)
+        given = folders, named, call.points, call.base_frame
+        what = PlacedSetup(core, placed, pose, out, robot, *given)
+        notes += export_notes(what, kinds)
         files = {name: data for kind in kinds for name, data in FORMATS[kind](what).items()}
     own = [call.setup] if isinstance(call.setup, str | Path) else []
     read = {Path(p).resolve() for p in (*call.keep, *own, *([urdf] if urdf else []))}

@@ -28,5 +28,9 @@ Disturbance = Literal["direct", "overlap", "reflection"]
 """Ways in which the light of a sensor reaches another, from the strictest to all: ``direct`` on its
 window, ``overlap`` of their beams, ``reflection`` on a body of the scene."""
 
+BaseFrame = Literal["base_link", "pendant"]
+"""Frame of coordinates in the base frame of an arm of Universal Robots: ``base_link`` of its ROS
+description, or the feature Base of its pendant."""
+
 SENSOR_FRAMES = "tof_.*"
 """Regular expression that matches the names of sensor frames."""

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import AfterValidator, Field, ValidationError
 
+from ..coverage.choices import BaseFrame
 from ..coverage.definitions.definition import adapter, definition, refuse
 from ..coverage.definitions.errors import input_errors
 from ..coverage.definitions.field_types import Items, Several, as_several
@@ -20,7 +21,7 @@ from ..coverage.person_reach import Person
 from ..coverage.rings.mounted_sensor import CellSensor, MountedSensor
 from ..coverage.rings.ring import RING_RADIUS, Ring, Setup
 from ..coverage.robots.attached import Attached, named, refuse_file
-from ..coverage.robots.base_frame import BaseFrame, base_frame, must_turn
+from ..coverage.robots.base_frame import base_frame, must_turn
 from ..coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, UR10
 from ..coverage.robots.ring_section import surrounded
 from ..coverage.robots.robot import Robot

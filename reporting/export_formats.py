@@ -1,16 +1,19 @@
 """Formats of ``place-rings export``, with the function that makes the files of each."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
+from ..coverage.robots.base_frame import frame_text, must_turn
 from ..formats.export.coppeliasim import coppeliasim
 from ..formats.export.glb import glb
 from ..formats.export.mcap_log import mcap
-from ..formats.export.mjcf import mjcf
+from ..formats.export.mjcf import MOST_ZONES, mjcf, zone_count
 from ..formats.export.placed import PlacedSetup
 from ..formats.export.ros2 import ros2
+from ..formats.export.sdf import sdf
 from ..formats.export.sensor_tables import csv, json
 from ..formats.export.srdf import srdf
 from ..formats.export.urdf import urdf, xacro
+from ..formats.export.usd import usd
 from ..formats.firmware.wiring import plan_setup
 
 Files = Mapping[str, bytes]  # contents by file name
@@ -45,6 +48,8 @@ def _firmware(placed: PlacedSetup) -> Files:
 FORMATS: dict[str, Callable[[PlacedSetup], Files]] = {
     "urdf": _urdf,
     "mjcf": mjcf,
+    "usd": usd,
+    "sdf": sdf,
     "glb": glb,
     "csv": csv,
     "json": json,
@@ -54,3 +59,18 @@ FORMATS: dict[str, Callable[[PlacedSetup], Files]] = {
     "stl": _stl,
     "firmware": _firmware,
 }
+
+
+def export_notes(placed: PlacedSetup, kinds: Sequence[str]) -> list[str]:
+    """Return notes on what these formats leave out of a setup."""
+    notes = list[str]()
+    if "mjcf" in kinds and (zones := zone_count(placed)) > MOST_ZONES:
+        notes.append(
+            f"scene.xml: the sensors have {zones} zones; more than {MOST_ZONES} rangefinders slow"
+            " MuJoCo down, so that each sensor has one, along its axis"
+        )
+    if "csv" in kinds and must_turn(placed.scene.robot, placed.base):
+        notes.append(f"sensors.csv: in {frame_text(placed.scene.robot)}, as all such lists")
+    if "usd" in kinds and placed.scene.robot.chain.mimics:
+        notes.append("scene.usda: joints that follow another one move freely there")
+    return notes

@@ -29,8 +29,8 @@ def export(
         Parameter(
             negative=(),
             help=(
-                "Format: urdf, mjcf, glb, csv, json, coppeliasim, ros2, mcap, stl or firmware."
-                " Repeatable; required."
+                "Format: urdf, mjcf, usd, sdf, glb, csv, json, coppeliasim, ros2, mcap, stl or"
+                " firmware. Repeatable; required."
             ),
         ),
     ] = (),
@@ -49,13 +49,15 @@ def export(
     mounted: FrameOptions = NO_FRAMES,
     as_json: Json = False,
 ) -> None:
-    """Export a setup to URDF, MJCF, GLB, CSV, JSON, CoppeliaSim, ROS 2, MCAP, STL, or firmware.
+    """Export a setup to URDF, MJCF, USD, SDF, GLB, CSV, JSON, CoppeliaSim, ROS 2, MCAP, STL or
+    firmware.
 
     URDF holds the robot with a frame for each sensor and the rings' bodies, MJCF with a rangefinder
-    for each sensor. GLB is a scene to look at, which moves if the scene has several poses, and MCAP
-    a log of the same motion. STL gives the rings to print, part by part and as 3MF plates. Firmware
-    is an Arduino sketch for each ring's board, with a drawing and a page that say how to wire it,
-    and a power plan of all rings.
+    for each zone, USD with physics for Isaac Sim, SDF with a lidar for each sensor for Gazebo. GLB
+    is a scene to look at, which moves if the scene has several poses, and MCAP a log of the same
+    motion. STL gives the rings to print, part by part and as 3MF plates. Firmware is an Arduino
+    sketch for each ring's board, with a drawing and a page that say how to wire it, and a power
+    plan of all rings.
 
     For example:
 

@@ -5,16 +5,15 @@ turned by 180° about z (ros-industrial/universal_robot, issue 676). The chain o
 arm begins at ``base_link``; that of ``ur10_dh``, the maker's table, begins at the pendant's Base.
 """
 
-from typing import Literal, TypeVar, get_args
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
+from ..choices import BaseFrame
 from .kinematics import forward
 from .robot import Robot
 
-BaseFrame = Literal["base_link", "pendant"]
-BASE_FRAMES: tuple[BaseFrame, ...] = get_args(BaseFrame)
 HALF_TURN: Float[np.ndarray, " 3"] = np.array([-1.0, -1.0, 1.0])
 """Factors of the coordinates of a point or vector that is turned by 180° about z."""
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
@@ -58,6 +57,15 @@ def must_turn(robot: Robot, base: BaseFrame | None) -> bool:
             " its own base"
         )
     return base is not None and own is not None and base != own
+
+
+def T_turned(robot: Robot, base: BaseFrame | None) -> Float[np.ndarray, "4 4"]:
+    """Return the robot's own base frame (4, 4) in ``base``; the inverse is the same.
+
+    Raises:
+        ValueError: as ``must_turn``.
+    """
+    return np.diag([*HALF_TURN, 1.0]) if must_turn(robot, base) else np.eye(4)
 
 
 def frame_text(robot: Robot) -> str:

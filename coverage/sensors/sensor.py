@@ -139,6 +139,12 @@ class Sensor:
         return shape_of(self.shape, self.fov_up is not None)
 
     @property
+    def rows(self) -> int:
+        """Number of rows of zones: that of the model, or as many as zones in a row."""
+        model = None if self.use is None else model_of(self.use)
+        return model.rows if model is not None and model.zones == self.zones else self.zones
+
+    @property
     def sizes(self) -> Sizes:
         """The sizes of the beam, for the functions of its shape."""
         size = self.form.size_of(self)

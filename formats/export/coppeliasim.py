@@ -60,7 +60,7 @@ def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
     text = _HEAD.format(robot=placed.robot_name)
     for j in used:
         T = placed.T_base_root if j == BASE else placed.T_base_frame[j]
-        text += f"    {{'{names[j]}', {_pose(T)}}},\n"
+        text += f"    {{'{names[j]}', {_pose(placed.T_world_base @ T)}}},\n"
     text += (
         "}\n\n-- Name, link, kind, sizes, pose {x, y, z, qx, qy, qz, qw} in the link.\nlocal"
         " sensors = {\n"

@@ -60,3 +60,22 @@ def document(root: ET.Element) -> bytes:
     ET.indent(root)
     text: bytes = ET.tostring(root, encoding="utf-8", xml_declaration=True)
     return text + b"\n"
+
+
+def turn_to(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
+    """Return a rotation whose z axis is the unit vector ``axis``."""
+    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(axis, x), axis], axis=1)
+
+
+def capsule_shape(capsule: Capsules) -> tuple[Float[np.ndarray, "4 4"], float, float]:
+    """Return a capsule as a frame (4, 4) m at its middle with z along its axis, the length of its
+    axis, m, which is 0 for a sphere, and its radius, m."""
+    start, end, T = np.asarray(capsule.start), np.asarray(capsule.end), np.eye(4)
+    if (ball := ball_of(capsule)) is not None:
+        T[:3, 3], radius = ball
+        return T, 0.0, radius
+    length = float(np.linalg.norm(end - start))
+    T[:3, :3], T[:3, 3] = turn_to((end - start) / length), (start + end) / 2
+    return T, length, float(capsule.radius)

@@ -70,10 +70,11 @@ def moved_frames(placed: PlacedSetup, q: Float[np.ndarray, "S J"]) -> list[list[
 
 
 def fixed_frames(placed: PlacedSetup) -> list[Transform]:
-    """Return the transforms to the TCP, where it has a name, and to the sensors, which look along
-    x."""
+    """Return the transforms to the TCP, where it has a name, to the pendant's Base, where the cell
+    is stated in it, and to the sensors, which look along x."""
     made = [(placed.links[-1], TCP_LINK, placed.scene.robot.chain.origin[-1])]
     made = made if placed.urdf is None else []
+    made += [] if placed.pendant_base is None else [placed.pendant_base]
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         made.append((placed.carrier(joint), s.name, looking_along(T, "x")))

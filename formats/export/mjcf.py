@@ -5,7 +5,9 @@ A MuJoCo rangefinder ignores the body that carries its site. Each sensor is ther
 own, welded to its link, so that it detects the link like any other body.
 """
 
+import math
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator
 
 import numpy as np
 from jaxtyping import Float
@@ -14,10 +16,12 @@ from scipy.spatial.transform import Rotation
 from ...coverage.arrays import Array
 from ...coverage.robots.robot import BASE
 from ..robots.urdf_matching import plain_names
-from .markup import ball_of, document, words
+from ..sensors.sensor_frames import SensorFrame
+from .markup import ball_of, document, turn_to, words
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
 from .ring_bodies import ring_bodies
 
+MOST_ZONES = 512  # of all sensors; with more, each sensor has one rangefinder
 _SIZE = "0.004"  # m, displayed size of a site
 # MuJoCo refuses a moving body of no mass; a thin capsule has almost none
 _LEAST = {"boundmass": "1e-6", "boundinertia": "1e-9"}  # kg, kg m²
@@ -35,6 +39,8 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
     ET.SubElement(root, "option", gravity="0 0 0")
     ET.SubElement(ET.SubElement(root, "default"), "geom", contype="0", conaffinity="0")
     asset, world, sensor = (ET.SubElement(root, tag) for tag in ("asset", "worldbody", "sensor"))
+    if not np.array_equal(placed.T_world_base, np.eye(4)):
+        world = ET.SubElement(world, "frame", _place(placed.T_world_base))
     _obstacles(placed, asset, world)
     at = ET.SubElement(world, "body", name=BASE_LINK)
     bodies = [at]
@@ -65,13 +71,16 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
         _mesh(asset, name, carried.body.edges)
         holder = bodies[0 if carried.frame == BASE else carried.frame + 1]
         ET.SubElement(holder, "geom", name=name, type="mesh", mesh=name)
+    few = zone_count(placed) <= MOST_ZONES
     for s in placed.sensors:
-        joint_of, T = placed.on_link(s)
+        joint_of, T = placed.in_chain(s.frame, s.T_frame_sensor)
         held = ET.SubElement(bodies[joint_of + 1], "body", _place(T), name=s.name)
         ET.SubElement(held, "site", name=s.name, size=_SIZE)
-        ET.SubElement(
-            sensor, "rangefinder", name=s.name, site=s.name, cutoff=words([s.unit.range_m])
-        )
+        for name, turn in _rays(s, few):
+            if name != s.name:
+                ET.SubElement(held, "site", _place(turn), name=name, size=_SIZE)
+            finder = ET.SubElement(sensor, "rangefinder", name=name, site=name)
+            finder.set("cutoff", words([s.unit.range_m / turn[2, 2]]))
     for ring in ring_bodies(placed):
         if ring.mass is not None:
             held = ET.SubElement(bodies[ring.joint + 1], "body", _place(ring.T_link_ring))
@@ -86,6 +95,29 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
         ET.SubElement(equality, "joint", joint1=follows, joint2=leads, polycoef=law)
     ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="pose", qpos=words(q))
     return {"scene.xml": document(root)}
+
+
+def zone_count(placed: PlacedSetup) -> int:
+    """Return how many zones all sensors have together."""
+    return sum(s.unit.rows * s.unit.zones for s in placed.sensors)
+
+
+def _rays(s: SensorFrame, zones: bool) -> Iterator[tuple[str, Float[np.ndarray, "4 4"]]]:
+    """Yield the rangefinders of a sensor: names, and frames (4, 4) in its own that look along z.
+
+    A zone is named by row and column, counted from the upper left of the sensor's picture: its
+    frame looks along the middle of the zone. Without ``zones`` the axis stands for all.
+    """
+    rows, columns = s.unit.rows, s.unit.zones
+    if not zones or rows * columns == 1:
+        yield s.name, np.eye(4)
+        return
+    tops = math.tan(s.unit.half_angle_up) * (1 - (2 * np.arange(rows) + 1) / rows)
+    lefts = math.tan(s.unit.half_angle) * (1 - (2 * np.arange(columns) + 1) / columns)
+    for row, column in np.ndindex(rows, columns):
+        way, T = np.array([lefts[column], tops[row], 1.0]), np.eye(4)
+        T[:3, :3] = turn_to(way / np.linalg.norm(way))
+        yield f"{s.name}_{row}_{column}", T
 
 
 def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:

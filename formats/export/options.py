@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from ...coverage.choices import Bus
+from ...coverage.choices import BaseFrame, Bus
 from ...coverage.definitions.options import Options, Whole
 from ...coverage.electronics.controllers import ControllerName
 
@@ -18,6 +18,9 @@ class ExportOptions(Options):
     """Number of points of each target to draw in a glb, coloured by coverage."""
     board: ControllerName | None = None
     """Controller board of each ring, for firmware. Default: the scene's."""
+    base_frame: BaseFrame | None = None
+    """Frame in which files state the cell, for an arm of Universal Robots: base_link, or pendant,
+    which is turned by 180° about z. Default: the robot's own base, as in scenes."""
     wiring: Bus | None = None
     """How the sensors of a ring share its I2C bus, for firmware: direct (each XSHUT on a pin),
     multiplexer (each sensor on a channel), or auto (direct where the bus bears it). Default: the

@@ -16,3 +16,9 @@ _LINKS = ("#009E73", "#CC79A7", "#F0E442", "#7A5230", "#999999", "#E69F00")
 def link_colours(links: Sequence[str]) -> dict[str, str]:
     """Return the colour of each link's rings and beams."""
     return dict(zip(links, cycle(_LINKS), strict=False))
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """Return red, green and blue of a colour, 0 to 1."""
+    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.choices import BaseFrame
 from ...coverage.rings.ring import Setup
+from ...coverage.robots.base_frame import T_turned, base_frame
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import BASE
@@ -20,6 +22,7 @@ from ..robots.urdf_model import Urdf
 from ..sensors.sensor_frames import SensorFrame, sensor_frames
 
 BASE_LINK, TCP_LINK = "base_link", "tcp"
+PENDANT_LINK = "base"  # as ROS calls the frame
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,30 @@ class PlacedSetup:
     """Folders of its packages by name."""
     points: int = 0
     """Number of points to show in each target."""
+    base: BaseFrame | None = None
+    """Frame in which files state the cell; None: the robot's own base."""
+
+    @cached_property
+    def T_world_base(self) -> Float[np.ndarray, "4 4"]:
+        """The robot's own base (4, 4) in the frame in which files state the cell.
+
+        Raises:
+            ValueError: as ``must_turn``.
+        """
+        return T_turned(self.scene.robot, self.base)
+
+    @property
+    def pendant_base(self) -> tuple[str, str, Float[np.ndarray, "4 4"]] | None:
+        """The pendant's Base as a frame of ROS: the link that carries it, its name, and its pose
+        (4, 4) m there; None unless files state the cell in it, or if the user's URDF has it.
+
+        Raises:
+            UserError: if the user's URDF lacks the robot's chain.
+        """
+        there = self.urdf is not None and PENDANT_LINK in self.urdf.links
+        if self.base != "pendant" or base_frame(self.scene.robot) == "pendant" or there:
+            return None
+        return self.carrier(BASE), PENDANT_LINK, np.linalg.inv(self.T_world_base @ self.T_base_root)
 
     @cached_property
     def sensors(self) -> tuple[SensorFrame, ...]:
@@ -71,9 +98,15 @@ class PlacedSetup:
     ) -> tuple[int, Float[np.ndarray, "4 4"]]:
         """Return the joint whose link carries what is fixed to a frame, and its pose (4, 4) m on
         that link, as ``on_link`` does."""
+        joint, T = self.in_chain(frame, T_frame_part)
+        return joint, np.linalg.inv(self.T_base_root) @ T if joint == BASE else T
+
+    def in_chain(
+        self, frame: int, T_frame_part: Float[np.ndarray, "4 4"]
+    ) -> tuple[int, Float[np.ndarray, "4 4"]]:
+        """Return the same for files that place the robot by its chain alone, in which the base's
+        link is the base frame."""
         chain = self.scene.robot.chain
-        if frame == BASE:
-            return BASE, np.linalg.inv(self.T_base_root) @ T_frame_part
         if frame < len(chain):
             return frame, T_frame_part
         return len(chain) - 1, chain.origin[-1] @ T_frame_part

@@ -65,12 +65,13 @@ def ros2(placed: PlacedSetup) -> dict[str, bytes]:
             allowed = "a name of letters, digits and _ . / - as in ROS"
             raise unusable(f"{placed.urdf.path}: link", link, allowed)
     data = "transforms:\n"
+    fixed = [] if placed.pendant_base is None else [placed.pendant_base]
     for s in placed.sensors:
         joint, T = placed.on_link(s)
-        T = looking_along(T, "x")
+        fixed.append((placed.carrier(joint), s.name, looking_along(T, "x")))
+    for parent, child, T in fixed:
         xyz, xyzw = place(T), quaternion(T)
-        parent = placed.carrier(joint)
-        data += f"- parent: '{parent}'\n  child: {s.name}\n"
+        data += f"- parent: '{parent}'\n  child: {child}\n"
         data += f"  xyz: {_listed(xyz)}\n  xyzw: {_listed(xyzw)}\n"
     return {
         "static_transforms.yaml": data.encode(),

@@ -15,6 +15,6 @@ def csv(placed: PlacedSetup) -> dict[str, bytes]:
 def json(placed: PlacedSetup) -> dict[str, bytes]:
     """Return ``sensors.json``: every sensor in the frame of its link, and in the base frame at the
     pose, looking along z."""
-    file = poses_file(placed.scene, placed.setup, placed.pose)
+    file = poses_file(placed.scene, placed.setup, placed.pose, placed.base)
     text = adapter(SensorPosesFile).dump_json(file, indent=1, exclude_none=True)
     return {"sensors.json": text + b"\n"}

@@ -18,11 +18,11 @@ from ..robots.urdf_matching import ROS_NAME
 from ..robots.urdf_model import Urdf
 from ..robots.xml_text import bounded_bytes, plain_xml
 from ..sensors.sensor_frames import looking_along
-from .markup import add_inertial, ball_of, document, origin, words
+from .markup import add_inertial, capsule_shape, document, origin, words
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
 from .ring_bodies import RingBody, hull_mesh, ring_bodies
 
-_Shape = tuple[str, Float[np.ndarray, " 3"], dict[str, str]]  # element, centre in m, other sizes
+_Shape = tuple[str, float, dict[str, str]]  # element, place along the axis in m, other sizes
 
 
 def urdf(placed: PlacedSetup) -> dict[str, bytes]:
@@ -53,6 +53,10 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         add_sensor(root, s.name, placed.carrier(joint), T)
+    if (base := placed.pendant_base) is not None:
+        carrier, name, T = base
+        add_inertial(ET.SubElement(root, "link", name=name))
+        _fixed(root, f"{name}_joint", carrier, name, T)
     for ring in rings:
         _ring(root, ring, placed.carrier(ring.joint))
     meshes = {ring.file: ring.stl() for ring in rings}
@@ -75,14 +79,20 @@ def _ring(root: ET.Element, ring: RingBody, carrier: str) -> None:
 def _meshes(robot: Robot) -> dict[str, bytes]:
     """Return the STL files of the polyhedra that the robot carries, other than boxes."""
     return {
-        _mesh_name(i): bytes(hull_mesh(carried.body).export(file_type="stl"))
+        mesh_name(i): stl_of(carried.body)
         for i, carried in enumerate(robot.carried)
         if box_of(carried.body) is None
     }
 
 
-def _mesh_name(i: int) -> str:
+def mesh_name(i: int) -> str:
+    """Return the name of the file of a polyhedron that the robot carries."""
     return f"attached_{i}.stl"
+
+
+def stl_of(body: Polyhedron) -> bytes:
+    """Return the convex hull of a polyhedron as an STL file, m."""
+    return bytes(hull_mesh(body).export(file_type="stl"))
 
 
 def _attach(root: ET.Element, placed: PlacedSetup, urdf: Urdf) -> None:
@@ -190,7 +200,7 @@ def _link(root: ET.Element, name: str, robot: Robot, frame: int) -> ET.Element:
     for i, carried in enumerate(robot.carried):
         if carried.frame == frame:
             for use in ("visual", "collision"):
-                _polyhedron(link, use, carried.body, _mesh_name(i))
+                _polyhedron(link, use, carried.body, mesh_name(i))
     return link
 
 
@@ -207,28 +217,14 @@ def _polyhedron(link: ET.Element, use: str, body: Polyhedron, file: str) -> None
 
 def _capsule(link: ET.Element, use: str, capsule: Capsules) -> None:
     """Add a capsule as URDF shapes: a cylinder and two spheres."""
-    start, end, T = np.asarray(capsule.start), np.asarray(capsule.end), np.eye(4)
-    radius, shapes = float(capsule.radius), list[_Shape]()
-    if (ball := ball_of(capsule)) is not None:
-        centre, radius = ball
-        shapes.append(("sphere", centre, {}))
-    else:
-        length = float(np.linalg.norm(end - start))
-        T[:3, :3] = _turn_to((end - start) / length)
-        shapes += [("sphere", start, {}), ("sphere", end, {})]
-        shapes.append(("cylinder", (start + end) / 2, {"length": words([length])}))
-    for kind, centre, size in shapes:
-        part = ET.SubElement(link, use)
-        T[:3, 3] = centre
-        ET.SubElement(part, "origin", origin(T))
+    T, length, radius = capsule_shape(capsule)
+    shapes: list[_Shape] = [("sphere", side * length / 2, {}) for side in (-1.0, 1.0)]
+    shapes.append(("cylinder", 0.0, {"length": words([length])}))
+    for kind, along, size in shapes if length else [("sphere", 0.0, {})]:
+        part, at = ET.SubElement(link, use), T.copy()
+        at[:3, 3] += along * T[:3, 2]
+        ET.SubElement(part, "origin", origin(at))
         ET.SubElement(ET.SubElement(part, "geometry"), kind, {"radius": words([radius]), **size})
-
-
-def _turn_to(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
-    """Return a rotation whose z axis is the unit vector ``axis``."""
-    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(axis, x), axis], axis=1)
 
 
 _NAMESPACE = "http://www.ros.org/wiki/xacro"

@@ -4,9 +4,10 @@ from typing import Annotated
 
 from pydantic import Field
 
+from ...coverage.choices import BaseFrame
 from ...coverage.definitions.definition import definition
 from ...coverage.definitions.records import FILE_VERSION
-from ...coverage.robots.base_frame import BaseFrame, must_turn
+from ...coverage.robots.base_frame import must_turn
 from ...coverage.robots.robot import Robot
 from ...coverage.targets.combined import TargetTable
 from ...coverage.targets.target import Target

@@ -9,12 +9,13 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
-from ...coverage.choices import Along
+from ...coverage.choices import Along, BaseFrame
 from ...coverage.definitions.definition import adapter, definition, fault, refuse
 from ...coverage.definitions.errors import UserError, explain, unusable
 from ...coverage.definitions.field_types import Items, Point, Text, as_tuple
 from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.ring import Ring, Setup
+from ...coverage.robots.base_frame import T_turned
 from ...coverage.robots.joint_values import joint_keys, joint_keys_of, misnamed, ordered
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.part_tables import JointAngle
@@ -103,6 +104,8 @@ class SetupPoses:
     """Name of the robot, for information only."""
     beam: Along = "z"
     """Axis of a sensor's frame along the beam."""
+    base: BaseFrame | None = None
+    """Frame of base_xyz for an arm of Universal Robots, as the key base of a scene."""
     q_deg: Annotated[Items[JointAngle], Field(min_length=1, max_length=20)] | None = None
     """Joint angles for base_xyz, degrees."""
     q: Annotated[dict[str, JointAngle], Field(min_length=1, max_length=20)] | None = None
@@ -143,14 +146,15 @@ def place(T: Float[np.ndarray, "4 4"]) -> list[float]:
     return [round(float(v), _DIGITS) + 0.0 for v in T[:3, 3]]
 
 
-def poses_file(scene: Scene, setup: Setup, pose: int) -> SetupPoses:
-    """Return the file with a setup's sensors in the frames of their links, and in the base frame at
-    a pose of the scene."""
+def poses_file(scene: Scene, setup: Setup, pose: int, base: BaseFrame | None = None) -> SetupPoses:
+    """Return the file with a setup's sensors in the frames of their links, and in the base frame,
+    or in ``base`` of it, at a pose of the scene."""
     q, robot = scene.poses[pose].q, scene.robot
-    frames, each = np.asarray(forward(robot.chain, q)), sensor_frames(robot, setup)
+    T_world_base, each = T_turned(robot, base), sensor_frames(robot, setup)
+    frames = [*(T_world_base @ np.asarray(forward(robot.chain, q))), T_world_base]  # BASE is last
 
     def keys(s: SensorFrame) -> dict[str, Any]:
-        T = s.T_frame_sensor if s.frame == BASE else frames[s.frame] @ s.T_frame_sensor
+        T = frames[s.frame] @ s.T_frame_sensor
         here, there = (
             (place(s.T_frame_sensor), quaternion(s.T_frame_sensor)),
             (place(T), quaternion(T)),
@@ -168,7 +172,8 @@ def poses_file(scene: Scene, setup: Setup, pose: int) -> SetupPoses:
         else:
             singles.append(PosedSensor(frame=frame, sensor=beam, **keys(some[0])))
     joints = joint_keys_of(robot.chain, q)
-    return SetupPoses(robot=robot.name, **joints, rings=tuple(rings), sensors=tuple(singles))
+    listed = {"rings": tuple(rings), "sensors": tuple(singles)}
+    return SetupPoses(robot=robot.name, base=base, **joints, **listed)
 
 
 def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray, "4 4"]:
@@ -200,6 +205,10 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     robot, sensors, singles = scene.robot, [], list[MountedSensor]()
     names, frames = (*robot.chain.joints, TCP_FRAME), np.eye(4)[None]
     q = _joint_values(name, file, robot)
+    try:
+        T_base_world = T_turned(robot, file.base)
+    except ValueError as error:
+        raise unusable(f"{name}: base", file.base, str(error)) from error
     if q is not None:  # the base comes last, which is BASE
         frames = np.concatenate([np.asarray(forward(robot.chain, q)), frames])
 
@@ -207,7 +216,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
         """Return the pose in its frame of a sensor that looks along z."""
         T = _transform(stated.xyz, stated.xyzw)
         if q is not None and stated.base_xyz is not None and stated.base_xyzw is not None:
-            there = _transform(stated.base_xyz, stated.base_xyzw)
+            there = T_base_world @ _transform(stated.base_xyz, stated.base_xyzw)
             at = "q_deg" if file.q is None else "q"
             _check_base(f"{name}: {key}", frames[frame] @ T, there, at)
         return looking_along_z(T, file.beam)

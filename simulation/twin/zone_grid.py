@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ...coverage.rings.ring import Group, Ring, Setup
-from ...coverage.sensors.effective_range import model_of
 from ...coverage.sensors.sensor import Sensor
 from ...formats.ring_frame import MOST_ZONES
 
@@ -23,9 +22,7 @@ def zone_grid(sensor: Sensor) -> tuple[int, int]:
     """
     if sensor.zones == 1:
         return 1, 1
-    model = None if sensor.use is None else model_of(sensor.use)
-    rows = model.rows if model is not None and model.zones == sensor.zones else sensor.zones
-    return (rows, sensor.zones) if rows * sensor.zones <= MOST_ZONES else (1, 1)
+    return (sensor.rows, sensor.zones) if sensor.rows * sensor.zones <= MOST_ZONES else (1, 1)
 
 
 def zoned(setup: Setup) -> list[int]:

@@ -6,6 +6,7 @@ import csv
 import io
 import itertools
 import json
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import replace
@@ -44,14 +45,17 @@ from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
 from place_rings.reporting.export_formats import FORMATS
+from pxr import Gf, UsdGeom, UsdPhysics
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from ..rig.cell import BOX, FLOOR
 from ..support.glb import Glb
 from ..support.refusals import refused
+from ..support.sdf_world import SdfModel, structure_faults
 from ..support.simulated_firmware import COMPILER, build
 from ..support.urdf_text import chain_text
+from ..support.usd_stage import UsdArm
 from .test_exports import lua_objects
 
 CLOSE = 1e-6  # m, and of parts of unit vectors
@@ -180,6 +184,72 @@ def read_mjcf(what, folder):
         np.testing.assert_allclose(np.sort(body.inertia), moments, rtol=1e-5)
 
 
+def drawn_poses(what):
+    """Joint vectors within the limits, by joint."""
+    low, high = np.clip(what.scene.robot.limits.T, -np.pi, np.pi)
+    for q in np.random.default_rng(7).uniform(low, high, (10, len(low))):
+        yield q, dict(zip(what.joint_names, q, strict=True))
+
+
+def read_usd(what, folder):
+    """As it stands, and by its physics joints alone at drawn joint vectors."""
+    arm, robot = UsdArm(folder / "scene.usda"), what.scene.robot
+    assert UsdGeom.GetStageUpAxis(arm.stage) == "Z"
+    assert UsdGeom.GetStageMetersPerUnit(arm.stage) == 1
+    assert arm.root.HasAPI(UsdPhysics.ArticulationRootAPI)
+    as_placed(what, (arm.world(s.name) for s in what.sensors), 2)
+    np.testing.assert_allclose(arm.world("tcp"), what.T_base_frame[-1], atol=CLOSE)
+    for name, T in zip(what.links, what.T_base_frame, strict=False):
+        np.testing.assert_allclose(arm.world(name), T, atol=CLOSE)
+        assert arm.prims[name].HasAPI(UsdPhysics.RigidBodyAPI)
+    for q, values in drawn_poses(what):
+        there = arm.at(values)
+        for name, T in zip(what.links, forward(robot.chain, q), strict=False):
+            np.testing.assert_allclose(there[name], T, atol=CLOSE)
+    for joint, limits, q in zip(
+        what.joint_names, robot.limits, what.scene.poses[what.pose].q, strict=True
+    ):
+        np.testing.assert_allclose(arm.limits(joint), limits, atol=CLOSE)
+        start = arm.prims[joint].GetAttribute("state:angular:physics:position").Get()
+        assert math.radians(start) == pytest.approx(q, abs=CLOSE)
+    for s in what.sensors:
+        prim = arm.prims[s.name]
+        stated = {k: prim.GetAttribute(f"place_rings:{k}").Get() for k in ("fov_deg", "range_m")}
+        assert stated["fov_deg"] == pytest.approx(math.degrees(s.unit.fov))
+        assert stated["range_m"] == s.unit.range_m
+        camera = UsdGeom.Camera(prim.GetChild("view"))
+        view = camera.GetCamera(0)
+        fov = view.GetFieldOfView(Gf.Camera.FOVHorizontal)
+        assert fov == pytest.approx(stated["fov_deg"], abs=1e-4)
+        looks = -arm.world(camera.GetPrim())[:3, 2]  # as cameras of USD do
+        np.testing.assert_allclose(looks, arm.world(s.name)[:3, 2], atol=CLOSE)
+    for body in ring_bodies(what):
+        stated = UsdPhysics.MassAPI(arm.prims[f"{body.name}_envelope"])
+        assert stated.GetMassAttr().Get() == pytest.approx(body.mass.mass)
+        moments = np.linalg.eigvalsh(body.mass.inertia)
+        np.testing.assert_allclose(stated.GetDiagonalInertiaAttr().Get(), moments, rtol=1e-5)
+    paths = {path.GetName() for path in arm.stage.GetPrimAtPath("/cell").GetChildren()}
+    assert paths == {"obstacle_0", "obstacle_1"}
+
+
+def read_sdf(what, folder):
+    model, robot = SdfModel(folder / "scene.sdf", what.robot_name), what.scene.robot
+    assert structure_faults(model.root) == []
+    q = what.scene.poses[what.pose].q
+    there = model.at(dict(zip(what.joint_names, q, strict=True)))
+    as_placed(what, (there[s.name] for s in what.sensors), 0)
+    for q, values in drawn_poses(what):
+        there = model.at(values)
+        for name, T in zip((*what.links, "tcp"), forward(robot.chain, q), strict=True):
+            np.testing.assert_allclose(there[name], T, atol=CLOSE)
+    for uri in model.root.iter("uri"):
+        assert trimesh.load(folder / uri.text).is_watertight
+    for body in ring_bodies(what):
+        assert float(model.links[body.name].findtext("inertial/mass")) == pytest.approx(
+            body.mass.mass
+        )
+
+
 def read_glb(what, folder):
     """As trimesh has it at the exported pose, and as the animation has it at each time."""
     made = trimesh.load(folder / "scene.glb")
@@ -303,6 +373,8 @@ def read_firmware(what, folder):
 READERS: dict[str, Callable] = {
     "urdf": read_urdf,
     "mjcf": read_mjcf,
+    "usd": read_usd,
+    "sdf": read_sdf,
     "glb": read_glb,
     "csv": read_csv,
     "json": read_json,
@@ -331,9 +403,9 @@ def test_an_export_is_read_by_a_reader_of_its_format(tmp_path, name, to):
     READERS[to](what, tmp_path)
 
 
-def test_ten_exports_have_readers():
+def test_each_export_has_a_reader_and_ten_robots():
     assert set(READERS) == set(FORMATS)
-    assert len(FORMATS) == len(TEN) == 10
+    assert len(TEN) == 10
 
 
 LEAST = Obstacle("crumb", replace(BOX.body, edges=1e-5 * BOX.body.edges))
