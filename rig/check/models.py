@@ -4,6 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from ...coverage.choices import Faults
 from ...coverage.targets.target import key_text
 from ...formats.schema.base_model import Percent, StrictModel
 from ...objectives.verified import CalibrationEffect
@@ -176,12 +177,12 @@ class CheckResult(StrictModel):
     """Result of a check, as ``check --json`` prints it.
 
     ``verdict`` is ``as proposed``, ``differs`` or ``unfinished``. ``warnings`` lists reasons to
-    distrust it. ``faults`` says whether a simulated rig was given errors and faults.
+    distrust it. ``faults`` says what was wrong with a simulated rig.
     """
 
     setup: str
     simulated: bool
-    faults: Literal["random", "none"] = "random"
+    faults: Faults = "random"
     seed: int
     recorded: str
     seconds: float

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from ...coverage.choices import Faults
 from ...coverage.definitions.errors import UserError, shown
 from ...reporting.options import WHOLE
 
@@ -75,8 +76,9 @@ class CheckOptions:
     the scene)."""
     allow_differing_self_check: bool = False
     """Move although the self check found sensors that differ from the proposal."""
-    injected: Literal["random", "none"] = "random"
-    """Errors and faults of the simulated rig: random ones by --seed, or none at all."""
+    injected: Faults = "random"
+    """What is wrong with the simulated rig: random errors and faults by --seed; turned, a cell that
+    stands turned by 180° about z of the base; or none, nothing at all."""
     wave: bool = False
     """In the self check, identify the sensors by a hand that passes them."""
     seconds: Annotated[float, Parameter(validator=Number(gt=0, lte=3600))] = 5.0

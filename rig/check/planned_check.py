@@ -1,10 +1,11 @@
 """A planned check: setup, scene and plans, as its recording stores them."""
 
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
+from ...coverage.choices import Faults
 from ...coverage.definitions.definition import adapter, definition, refuse
 from ...coverage.definitions.errors import explain
 from ...coverage.definitions.field_types import Items
@@ -35,8 +36,8 @@ class PlannedCheck:
     """Random seed."""
     simulated: bool
     """Whether the rig is simulated."""
-    faults: Literal["random", "none"] = "random"
-    """Whether a simulated rig has the errors and faults that the seed injects."""
+    faults: Faults = "random"
+    """What is wrong with a simulated rig."""
     moved: bool
     """Whether the check moves the robot."""
     stale_s: Annotated[float, Field(gt=0, le=100)]

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.choices import Faults
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.built_in import controller_table
 from ...coverage.solids.capsules import Capsules
@@ -27,7 +28,7 @@ from ..sensing.expected import beams_at
 from ..simulated.environment import Measured
 from ..simulated.process import SimulatedRig
 from ..simulated.serve import Rig, serve
-from .ground_truth import Faults, injected
+from .ground_truth import injected
 from .world import World
 
 RATE = 25.0  # frames a second
@@ -98,7 +99,7 @@ _CELL = (
 def simulated_rig(
     scene: Scene, setup: Setup, seed: int, folder: Path, faults: Faults = "random"
 ) -> SimulatedRig:
-    """Start a simulated rig of ``setup`` in ``scene`` with the faults of ``seed``, or none; leave
+    """Start a simulated rig of ``setup`` in ``scene`` with these faults, of ``seed``; leave
     the file of its world in ``folder``.
     """
     file = folder / FILE
@@ -111,7 +112,7 @@ def main() -> None:
     connect, because compilation would delay the controller.
     """
     folder, address, file, seed, kind = sys.argv[1:]
-    faults: Faults = "none" if kind == "none" else "random"
+    faults: Any = kind
     setup, scene, _ = read_proposal(Path(file))
     cell = SimulatedCell(injected(scene, setup, int(seed), faults).world(scene))
     q = scene.poses[0].q

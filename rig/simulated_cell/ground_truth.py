@@ -2,14 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ...coverage.choices import Faults
 from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from ...simulation.twin.zone_grid import GridTurn, every_turn, zone_grid, zoned
+from ..mount.cell_frame import turned
 from ..mount.mounting_error_model import LIMITS, free, moved
 from ..mount.ring_fit import RingFit
 from .world import DEAD, World
@@ -42,9 +43,12 @@ class Injected:
     """As in ``World``."""
     turns_deg: Int[np.ndarray, " K"]
     """As in ``World``: one sensor with zones is turned about its own axis."""
+    turned_cell: bool = False
+    """Whether the cell stands turned by 180° about z of the base."""
 
     def world(self, scene: Scene) -> World:
         """Return the rig with all errors and faults."""
+        scene = turned(scene) if self.turned_cell else scene
         rings = list(self.setup.rings)
         if self.flipped and self.reversed_ring is not None:
             rings[self.reversed_ring] = replace(
@@ -97,18 +101,16 @@ class Injected:
         return found
 
 
-Faults = Literal["random", "none"]
-"""What a simulated rig is given: random errors and faults, or none."""
-
-
 def injected(scene: Scene, setup: Setup, seed: int, faults: Faults = "random") -> Injected:
     """Draw errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one
-    swapped, one sensor dead, one with zones turned about its axis; or none at all.
+    swapped, one sensor dead, one with zones turned about its axis; or the turned cell alone, or
+    none at all.
     """
-    if faults == "none":
-        nothing = np.zeros((len(setup.rings), 4))
-        none = np.zeros(setup.sensors, int)
-        return Injected(setup, nothing, None, False, None, (), None, np.arange(setup.sensors), none)
+    if faults != "random":
+        nothing, none = np.zeros((len(setup.rings), 4)), np.zeros(setup.sensors, int)
+        same = np.arange(setup.sensors)
+        turned_cell = faults == "turned"
+        return Injected(setup, nothing, None, False, None, (), None, same, none, turned_cell)
     rng, count = np.random.default_rng((seed, 7)), [r.count for r in setup.groups]
     errors = rng.uniform(-1, 1, (len(setup.rings), 4)) * LIMITS
     for i, ring in enumerate(setup.rings):

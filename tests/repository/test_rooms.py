@@ -157,8 +157,9 @@ def distributions(requirements):
 
 def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
     core = distributions(CORE)
-    bags, cluster, mujoco, rig, everything, test = (
-        distributions(EXTRAS[name]) for name in ("bags", "cluster", "mujoco", "rig", "all", "test")
+    *extras, everything, test = (
+        distributions(EXTRAS[name])
+        for name in ("bags", "cluster", "mujoco", "rig", "usd", "all", "test")
     )
     homes = packages_distributions()  # on Python 3.13 there is no ur-rtde
     homes |= {f"rtde_{part}": ["ur-rtde"] for part in ("control", "receive")}
@@ -169,10 +170,10 @@ def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
         used = by_room.setdefault(path.relative_to(ROOT).parts[0], set())
         used |= distributions(dist for top in tops for dist in homes.get(top, [top]))
     used = set().union(*by_room.values())
-    rare = bags | cluster | mujoco | rig
+    rare = set().union(*extras)
     assert used <= core | rare
-    rooms = {"rig", "formats"}, {"studies"}, {"simulation", "formats"}, {"rig"}
-    for extra, where in zip((bags, cluster, mujoco, rig), rooms, strict=True):
+    rooms = {"rig", "formats"}, {"studies"}, {"simulation", "formats"}, {"rig"}, {"formats"}
+    for extra, where in zip(extras, rooms, strict=True):
         assert {room for room, dists in by_room.items() if dists & extra} == where
     assert core <= used
     assert everything == rare | distributions(EXTRAS["robots"])

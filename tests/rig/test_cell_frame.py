@@ -39,8 +39,11 @@ def test_a_turned_cell_is_told_from_any_wiring_and_mounting(stops, seed):
     for world in (World(SHELLS, Setup(rings)), injected(SHELLS, SETUP, seed).world(SHELLS)):
         assert not cell_is_turned(SHELLS, SETUP, read(world, stops.joints, seed))
     there = turned(SHELLS)
-    world = World(there, Setup(rings))
-    assert cell_is_turned(SHELLS, SETUP, read(world, stops.joints, seed))
+    for world in (
+        World(there, Setup(rings)),
+        injected(SHELLS, SETUP, seed, "turned").world(SHELLS),
+    ):
+        assert cell_is_turned(SHELLS, SETUP, read(world, stops.joints, seed))
     assert not cell_is_turned(there, SETUP, read(world, stops.joints, seed))
 
 
@@ -53,12 +56,12 @@ def test_a_cell_that_looks_the_same_when_turned_is_not_called_turned(stops):
 
 def test_a_check_in_a_turned_cell_says_so_and_builds_nothing(stops, tmp_path):
     asked = about_file(
-        *("turned.toml", SHELLS, SETUP, stops, []), faults="none", wave=False, seconds=None
+        *("turned.toml", SHELLS, SETUP, stops, []), faults="turned", wave=False, seconds=None
     )
     checked = PlannedCheck.read("turned", asked.header)
     with recording_of(tmp_path / "turned.rig", asked) as recording:
         tape = Tape(recording, checked)
-        tape.world = World(turned(SHELLS), SETUP)
+        tape.world = injected(SHELLS, SETUP, 0, "turned").world(SHELLS)
         for i, q in enumerate(checked.plans.mount.joints):
             tape.stand(q, "mount", i, 8)
         tape.say("ended", tape.now, why="")
