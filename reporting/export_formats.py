@@ -23,6 +23,14 @@ def _urdf(placed: PlacedSetup) -> Files:
     return urdf(placed) | xacro(placed) | srdf(placed)
 
 
+def _mcap(placed: PlacedSetup) -> Files:
+    if not placed.readings:
+        return mcap(placed)
+    from ..simulation.twin.ros_topics import twin_topics  # loads the twin
+
+    return mcap(placed, twin_topics)
+
+
 def _stl(placed: PlacedSetup) -> Files:
     from ..formats.printing.print_files import ASSEMBLED, ring_files  # loads solids
     from .assembly_picture import assembly_picture
@@ -55,7 +63,7 @@ FORMATS: dict[str, Callable[[PlacedSetup], Files]] = {
     "json": json,
     "coppeliasim": coppeliasim,
     "ros2": ros2,
-    "mcap": mcap,
+    "mcap": _mcap,
     "stl": _stl,
     "firmware": _firmware,
 }

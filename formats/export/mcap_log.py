@@ -1,9 +1,11 @@
 """MCAP: a run of the robot through the poses of a scene as a ROS 2 bag, for Foxglove, rerun, RViz
 and ``ros2 bag play``."""
 
+import heapq
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -21,9 +23,17 @@ _MOST = 20_000  # messages of a topic
 _START = 1.0  # s, of the first message: a stamp of 0 means the latest transform in ROS
 
 
-def mcap(placed: PlacedSetup) -> dict[str, bytes]:
+Topic = tuple[float, str, str, Any]
+"""A message: when it was received, s, its topic, its type, and itself."""
+Readings = Callable[
+    [PlacedSetup, RosBag, Float[np.ndarray, " S"], Float[np.ndarray, "S J"]], Iterable[Topic]
+]
+"""Makes the messages of sensors along joint values (S, J), rad or m, at stamps (S,) s."""
+
+
+def mcap(placed: PlacedSetup, readings: Readings | None = None) -> dict[str, bytes]:
     """Return ``run/run.mcap`` and ``run/metadata.yaml``: ``/joint_states`` and ``/tf`` along the
-    scene's poses, and ``/tf_static`` with all sensors, which look along x.
+    scene's poses, ``/tf_static`` with all sensors, which look along x, and ``readings``.
 
     Raises:
         UserError: if rosbags is missing, or the user's URDF lacks the robot's chain.
@@ -36,10 +46,24 @@ def mcap(placed: PlacedSetup) -> dict[str, bytes]:
         with RosBag(path) as bag:
             fixed = bag.transforms(stamps[0], fixed_frames(placed))
             bag.write(STATIC, TRANSFORMS, stamps[0], fixed)
-            for k, stamp in enumerate(stamps):
-                bag.write("/joint_states", JOINTS, stamp, bag.joints(stamp, names, q[k]))
-                bag.write("/tf", TRANSFORMS, stamp, bag.transforms(stamp, moved[k]))
+            topics = [] if readings is None else [readings(placed, bag, stamps, q)]
+            for stamp, topic, kind, message in heapq.merge(
+                _motion(bag, stamps, q, names, moved), *topics, key=lambda message: message[0]
+            ):
+                bag.write(topic, kind, stamp, message)
         return {f"{RUN}/{name}": data for name, data in bag_files(path).items()}
+
+
+def _motion(
+    bag: RosBag,
+    stamps: Float[np.ndarray, " S"],
+    q: Float[np.ndarray, "S J"],
+    names: Sequence[str],
+    moved: Sequence[list[Transform]],
+) -> Iterator[Topic]:
+    for k, stamp in enumerate(stamps.tolist()):
+        yield stamp, "/joint_states", JOINTS, bag.joints(stamp, names, q[k])
+        yield stamp, "/tf", TRANSFORMS, bag.transforms(stamp, moved[k])
 
 
 def _samples(placed: PlacedSetup) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S J"]]:

@@ -5,7 +5,6 @@ A MuJoCo rangefinder ignores the body that carries its site. Each sensor is ther
 own, welded to its link, so that it detects the link like any other body.
 """
 
-import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 
@@ -16,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from ...coverage.arrays import Array
 from ...coverage.robots.robot import BASE
 from ..robots.urdf_matching import plain_names
-from ..sensors.sensor_frames import SensorFrame
+from ..sensors.sensor_frames import SensorFrame, zone_ways
 from .markup import ball_of, document, turn_to, words
 from .placed import BASE_LINK, TCP_LINK, PlacedSetup
 from .ring_bodies import ring_bodies
@@ -112,11 +111,10 @@ def _rays(s: SensorFrame, zones: bool) -> Iterator[tuple[str, Float[np.ndarray, 
     if not zones or rows * columns == 1:
         yield s.name, np.eye(4)
         return
-    tops = math.tan(s.unit.half_angle_up) * (1 - (2 * np.arange(rows) + 1) / rows)
-    lefts = math.tan(s.unit.half_angle) * (1 - (2 * np.arange(columns) + 1) / columns)
+    ways = zone_ways(s.unit, rows, columns)
     for row, column in np.ndindex(rows, columns):
-        way, T = np.array([lefts[column], tops[row], 1.0]), np.eye(4)
-        T[:3, :3] = turn_to(way / np.linalg.norm(way))
+        T = np.eye(4)
+        T[:3, :3] = turn_to(ways[row, column])
         yield f"{s.name}_{row}_{column}", T
 
 

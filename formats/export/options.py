@@ -18,6 +18,8 @@ class ExportOptions(Options):
     """Number of points of each target to draw in a glb, coloured by coverage."""
     board: ControllerName | None = None
     """Controller board of each ring, for firmware. Default: the scene's."""
+    readings: bool = False
+    """In an mcap, also what the sensors would report, from a twin in MuJoCo (extra mujoco)."""
     base_frame: BaseFrame | None = None
     """Frame in which files state the cell, for an arm of Universal Robots: base_link, or pendant,
     which is turned by 180° about z. Default: the robot's own base, as in scenes."""

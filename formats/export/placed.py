@@ -45,6 +45,8 @@ class PlacedSetup:
     """Folders of its packages by name."""
     points: int = 0
     """Number of points to show in each target."""
+    readings: bool = False
+    """Whether a log holds what the sensors would report."""
     base: BaseFrame | None = None
     """Frame in which files state the cell; None: the robot's own base."""
 
@@ -70,11 +72,16 @@ class PlacedSetup:
             return None
         return self.carrier(BASE), PENDANT_LINK, np.linalg.inv(self.T_world_base @ self.T_base_root)
 
+    @property
+    def whole(self) -> Setup:
+        """The setup with the sensors of the cell."""
+        return self.scene.with_cell(self.setup)
+
     @cached_property
     def sensors(self) -> tuple[SensorFrame, ...]:
         """Frames of all sensors in the frames of their links: of the rings, the single ones, and
         those of the cell."""
-        return sensor_frames(self.scene.robot, self.scene.with_cell(self.setup))
+        return sensor_frames(self.scene.robot, self.whole)
 
     @cached_property
     def T_base_frame(self) -> Float[np.ndarray, "F 4 4"]:

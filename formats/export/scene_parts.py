@@ -69,7 +69,7 @@ def scene_parts(placed: PlacedSetup) -> Iterator[ScenePart]:
         ends = zip(own, capsules.start, capsules.end, capsules.radius, strict=True)
         for i, (owner, a, b, radius) in enumerate(ends):
             yield ScenePart(f"attached_capsule_{i}", _capsule(a, b, float(radius)), owner.frame)
-    whole = placed.scene.with_cell(placed.setup)
+    whole = placed.whole
     cones = sensor_cones(robot, whole, placed.scene.poses[placed.pose].q)
     frames = np.array([s.frame for s in placed.sensors], int)
     colours = link_colours([mount.link for mount in robot.mounts])

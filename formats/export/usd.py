@@ -176,14 +176,14 @@ def _add_sensor(made: _Made, sensor: SensorFrame) -> None:
     prim = add_frame(made.stage, path, T)
     state(
         prim,
-        model=model and model.title,
+        model=None if model is None else model.title,
         shape=unit.shape,
         fov_deg=math.degrees(unit.fov),
         fov_up_deg=unit.fov_up and math.degrees(unit.fov_up),
         range_m=float(unit.range_m),
         near_m=float(unit.near_m),
-        least_m=model and model.least_m,
-        rate_hz=model and model.rate_hz,
+        least_m=None if model is None else model.least_m,
+        rate_hz=None if model is None else model.rate_hz,
         zones=(unit.rows, unit.zones),
     )
     if unit.outer_angle < math.pi / 2:

@@ -5,6 +5,7 @@ tilted with the sensor. Other programs look along x or y: such a frame has the s
 permuted cyclically (x to y, y to z, z to x).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,3 +79,15 @@ def _turned(T: Float[np.ndarray, "*batch 4 4"], turns: int) -> Float[np.ndarray,
     turned = T.copy()
     turned[..., :3, :3] = np.roll(T[..., :3, :3], turns, axis=-1)
     return turned
+
+
+def zone_ways(sensor: Sensor, rows: int, columns: int) -> Float[np.ndarray, "r c 3"]:
+    """Return unit vectors through the middles of the zones of a square beam, in the frame of a
+    sensor that looks along z, from the upper left of its picture on: as seen along the beam, with
+    ``up`` on top, so that left is along x."""
+    left, up = (1 - (2 * np.arange(n) + 1) / n for n in (columns, rows))
+    way = np.ones((rows, columns, 3))
+    way[..., 0] = left * math.tan(sensor.half_angle)
+    way[..., 1] = up[:, None] * math.tan(sensor.half_angle_up)
+    unit: np.ndarray = way / np.linalg.norm(way, axis=-1, keepdims=True)
+    return unit

@@ -171,9 +171,8 @@ def poses_file(scene: Scene, setup: Setup, pose: int, base: BaseFrame | None = N
             rings.append(RingPoses(link=group.link, frame=frame, sensor=beam, sensors=poses))
         else:
             singles.append(PosedSensor(frame=frame, sensor=beam, **keys(some[0])))
-    joints = joint_keys_of(robot.chain, q)
-    listed = {"rings": tuple(rings), "sensors": tuple(singles)}
-    return SetupPoses(robot=robot.name, base=base, **joints, **listed)
+    joints: dict[str, Any] = {"base": base, **joint_keys_of(robot.chain, q)}
+    return SetupPoses(robot=robot.name, **joints, rings=tuple(rings), sensors=tuple(singles))
 
 
 def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray, "4 4"]:
@@ -204,11 +203,11 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
         raise explain(name, error, SensorPosesFile) from error
     robot, sensors, singles = scene.robot, [], list[MountedSensor]()
     names, frames = (*robot.chain.joints, TCP_FRAME), np.eye(4)[None]
-    q = _joint_values(name, file, robot)
     try:
         T_base_world = T_turned(robot, file.base)
     except ValueError as error:
         raise unusable(f"{name}: base", file.base, str(error)) from error
+    q = _joint_values(name, file, robot)
     if q is not None:  # the base comes last, which is BASE
         frames = np.concatenate([np.asarray(forward(robot.chain, q)), frames])
 

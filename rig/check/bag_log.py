@@ -9,11 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from ...coverage.definitions.errors import UserError
-from ...coverage.rings.ring import Group
-from ...coverage.sensors.sensor import Sensor
 from ...formats.export.mcap_log import fixed_frames, moved_frames
 from ...formats.export.placed import PlacedSetup
 from ...formats.export.ros2_bag import (
@@ -27,9 +24,10 @@ from ...formats.export.ros2_bag import (
     RosBag,
 )
 from ...formats.ring_status import Status
-from ...simulation.twin.zone_grid import stated_turn, zone_grid
+from ...simulation.twin.ros_topics import beam_angle, range_of, zone_points
+from ...simulation.twin.zone_grid import zone_grid
 from ..rings.line_monitor import Happened
-from ..rings.protocol import ABSENT, Frame
+from ..rings.protocol import ABSENT
 from ..session.gathering import Gathered
 from ..sources.names import STEPS
 from .planned_check import PlannedCheck, ring_names
@@ -128,13 +126,14 @@ class _Log:
                 name, sensor = f"tof_{ring}_{k}", groups[ring].sensor
                 rank = 3 + k
                 if frame.zones is not None and zone_grid(sensor) != (1, 1):
-                    points = zone_points(frame, k, groups[ring])
                     status = frame.zones.status[k, ..., 0]
+                    points = zone_points(frame.zones.distance[k, ..., 0], status, groups[ring])
                     cloud = self._make.points(at, name, points, status)
                     yield _Message(frame.time, rank, f"/{name}/zones", POINTS, cloud)
                     continue
                 limits = (0.0, max(sensor.range_m, farthest[ring]))
-                read = self._make.range(at, name, _angle(sensor), limits, _read(frame, k))
+                far = range_of(float(frame.distance[k]), int(frame.status[k]))
+                read = self._make.range(at, name, beam_angle(sensor), limits, far)
                 yield _Message(frame.time, rank, f"/{name}", RANGE, read)
 
     def notes(self) -> Iterator[_Message]:
@@ -168,14 +167,6 @@ class _Log:
         return _Message(time, 2, "/rosout", LOG, message)
 
 
-def _read(frame: Frame, k: int) -> float:
-    """Return a reading as a Range states it: a weak or failed one is nan."""
-    status = int(frame.status[k])
-    if status == Status.VALID:
-        return float(frame.distance[k])
-    return math.inf if status == Status.NO_TARGET else math.nan
-
-
 def _farthest(gathered: Gathered, rings: int) -> list[float]:
     """Return the largest reading of each ring, m."""
     farthest = [0.0] * rings
@@ -183,25 +174,3 @@ def _farthest(gathered: Gathered, rings: int) -> list[float]:
         valid = frame.distance[frame.status == Status.VALID]
         farthest[ring] = max(farthest[ring], float(valid.max(initial=0.0)))
     return farthest
-
-
-def _angle(sensor: Sensor) -> float:
-    """Return the whole angle of a beam, rad."""
-    return 2 * min(sensor.half_angle, math.pi)
-
-
-def zone_points(frame: Frame, k: int, group: Group) -> Float[np.ndarray, "r c 3"]:
-    """Return the nearest target of each zone of sensor ``k`` in the sensor's frame, which looks
-    along x with its up along z, m; in the order of arrival, nan where there is none."""
-    assert frame.zones is not None
-    distance, status = (a[k] for a in (frame.zones.distance[..., 0], frame.zones.status[..., 0]))
-    turn = stated_turn(group)
-    rows, columns = turn.meant(distance).shape
-    left, up = (1 - (2 * np.arange(n) + 1) / n for n in (columns, rows))
-    way = np.ones((rows, columns, 3))
-    way[..., 1] = left * math.tan(group.sensor.half_angle)
-    way[..., 2] = up[:, None] * math.tan(group.sensor.half_angle_up)
-    way /= np.linalg.norm(way, axis=-1, keepdims=True)
-    arrived = np.stack([turn.arrives(way[..., i]) for i in range(3)], axis=-1)
-    points: np.ndarray = np.where(status == Status.VALID, distance, np.nan)[..., None] * arrived
-    return points

@@ -28,6 +28,8 @@ from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
 from place_rings.reporting.export_formats import FORMATS, export_notes
 from place_rings.rig.sensing.zone_targets import expected_zones
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
 
 from ..rig.cell import FLOOR, TABLE
 from ..support import drawing
@@ -232,3 +234,43 @@ def test_a_base_that_the_robot_lacks_is_refused(tmp_path):
     (tmp_path / "other.json").write_text(text)
     with refused("other.json", "base", "pendant"):
         resolve(str(tmp_path / "other.json"), Scene.paper(robot=ROBOTS["panda"]))
+
+
+def test_a_bag_holds_what_a_twin_of_the_setup_reports(tmp_path):
+    """At rest each point of a zone is as far as the rig's own rays say, but for noise; a sensor of
+    one zone states its range."""
+    scene, setup = zoned(("forearm",))
+    rest = replace(scene, poses=(scene.poses[0],) * 2)  # for one second
+    setup = replace(setup, rings=(*setup.rings, Ring("tool", 0.0, 3, 0.4, 0.0, 0.12)))
+    written(tmp_path, rest, setup, "mcap", readings=True)
+    wanted, store = expected_zones(rest, setup, 0, rest.poses[0].q[None])[0], _store()
+    seen, clouds, ranges = 0, 0, 0
+    with Reader(tmp_path / "run") as bag:
+        for connection, stamp, data in bag.messages():
+            if not connection.topic.startswith("/tof_"):
+                continue
+            message = store.deserialize_cdr(data, connection.msgtype)
+            measured = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+            assert measured <= 1e-9 * stamp
+            name = connection.topic.split("/")[1]
+            assert message.header.frame_id == name
+            if not connection.topic.endswith("/zones"):
+                ranges += 1
+                assert name.startswith("tof_1_")
+                continue
+            clouds += 1
+            rows = np.frombuffer(message.data, np.dtype("<f4, <f4, <f4, u1, V3"))
+            far = np.linalg.norm([rows[f"f{i}"] for i in range(3)], axis=0)
+            true = wanted[int(name[-1])].reshape(-1)
+            valid = rows["f3"] == 0
+            assert np.isfinite(far[valid]).all()
+            assert np.isnan(far[~valid]).all()
+            both = valid & np.isfinite(true)
+            assert (np.abs(far[both] - true[both]) < 0.03 + 0.15 * true[both]).all()
+            seen += int(both.sum())
+    assert seen > 50
+    assert min(clouds, ranges) >= 6
+
+
+def _store():
+    return get_typestore(Stores.ROS2_HUMBLE)
