@@ -14,6 +14,7 @@ from ._trajectory import Trajectory
 from ._validation import SetupCall, resolve_setup
 from ._versions import versions
 from .coverage.definitions.definition import json_of
+from .coverage.detection.detection import Detection
 from .coverage.rings.ring import Setup
 from .coverage.robots.separation_distance import stopping_time
 from .formats.model_reader import read_model
@@ -26,6 +27,7 @@ from .reporting.dossier.floor_picture import floor_picture
 from .reporting.dossier.page import PICTURE, heading, page
 from .reporting.pages import csv_text, html
 from .simulation.detection import floor_of, walker
+from .simulation.dossier.capability import capability_of
 from .simulation.dossier.dossier import Dossier, dossier_of
 from .simulation.dossier.floor import floor_grid, floor_record
 from .simulation.dossier.statements import Statements
@@ -53,6 +55,8 @@ class SafetyReport(Placement, SimulatedApproaches):
     """The call or the command that ran the simulation."""
     options: SafetyOptions = field(default_factory=SafetyOptions)
     """How approaches were drawn and reported."""
+    detect: Detection | None = None
+    """What is to be detected, for the dossier."""
 
     @property
     def directions(self) -> int:
@@ -110,7 +114,7 @@ class SafetyReport(Placement, SimulatedApproaches):
         self, folder: str | Path, statements: str | Path | Statements | None = None
     ) -> Dossier:
         """Write dossier.html and dossier.json: separation distances, stops, undetected access,
-        performance levels, and what is open.
+        what the sensors can detect, performance levels, and what is open.
 
         Args:
             folder: output folder; created if it does not exist.
@@ -126,7 +130,11 @@ class SafetyReport(Placement, SimulatedApproaches):
         core, m = self.scene, self.motion
         floor = floor_grid(core, self.setup, m.full, self.record.occlusion)
         summary = floor_record(floor, len(m.full.weight))
-        what = (self.setup, core, self.options, self.record, m.safety, summary, stated)
+        with input_errors():
+            capability = capability_of(
+                core, self.setup, m.full, self.record.occlusion, self.options, self.detect
+            )
+        what = (self.setup, core, self.options, self.record, m.safety, summary, capability, stated)
         record = dossier_of(*what)
         with new_files(folder, *DOSSIER, keep=True) as new, TemporaryDirectory() as pictures:
             floor_picture(core.robot, m.full, floor, Path(pictures) / PICTURE)
@@ -152,6 +160,9 @@ class SafetyCall(SafetyOptions, SetupCall):
     """CSV file of measured stops of the robot, in place of the scene's stopping times."""
     trajectory: Trajectory | None = field(default=None, kw_only=True)
     """Recorded motion of the robot; by default it stays in each of the scene's poses."""
+    detect: Detection | None = field(default=None, kw_only=True)
+    """For the dossier: compute the expected share of each target in which a test piece is detected
+    in time."""
     progress: Callable[[int, int], None] | None = field(default=None, kw_only=True)
     """Receives the number of finished approaches, from 0, and the number of all."""
 
@@ -212,5 +223,6 @@ def safety(call: SafetyCall) -> SafetyReport:
         scene=core,
         name=name,
         command=f"place_rings.safety(..., seed={call.seed})",
+        detect=call.detect,
         options=SafetyOptions(**{f.name: getattr(call, f.name) for f in fields(SafetyOptions)}),
     )

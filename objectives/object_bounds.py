@@ -1,5 +1,6 @@
 """Records of the largest objects about the places of a target that no sensor sees."""
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
@@ -32,6 +33,12 @@ class ObjectBounds:
     def open(self) -> bool:
         """Whether the object may have any size from ``low`` on."""
         return self.high >= MOST
+
+    @property
+    def text(self) -> str:
+        """The interval of the diameter, rounded outward to tenths of mm."""
+        low, high = math.floor(1e4 * self.low) / 10, math.ceil(1e4 * self.high) / 10
+        return f"{low:.1f} mm or more" if self.open else f"{low:.1f} to {high:.1f} mm"
 
     @staticmethod
     def of(largest: LargestObject, pose: int) -> "ObjectBounds":

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from ..coverage.definitions.errors import InputError
-from ..coverage.definitions.options import Draws, Number, Options, Seed, Whole
+from ..coverage.definitions.options import Draws, Number, Seed, Whole
 from ..coverage.occlusion.occlusion_mode import Occlusion
+from ..objectives.options import ObjectOptions
 
 
 @dataclass(frozen=True, kw_only=True)
-class SafetyOptions(Options):
-    """How approaches are drawn and reported."""
+class SafetyOptions(ObjectOptions):
+    """How approaches are drawn and reported; those of unseen objects are for the dossier."""
 
     approaches: Draws = 720
     """Number of simulated approaches."""

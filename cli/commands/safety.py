@@ -11,6 +11,7 @@ from cyclopts import Parameter
 from ...coverage.definitions.errors import UserError
 from ...simulation.safety_options import SafetyOptions
 from ..options.common import Json, PaperOption, RobotOption, SceneFileOption, Subject
+from ..options.detection import NO_DETECTION, DetectionOptions
 from ..options.groups import NO_MOTION, NO_SENSOR, MotionOptions, SensorOptions
 from ..options.offered import offering
 from ..options.reading import AS_WRITTEN, ReadingOptions
@@ -35,6 +36,7 @@ def safety(
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
     options: SafetyOptions,
+    detection: DetectionOptions = NO_DETECTION,
     stop_times: Annotated[
         Path | None,
         Parameter(
@@ -51,7 +53,8 @@ def safety(
             negative=(),
             help=(
                 "Also write dossier.html and dossier.json: the separation distance term by term,"
-                " measured stops, undetected access, performance levels, and what is open."
+                " measured stops, undetected access, what the sensors can detect, performance"
+                " levels, and what is open."
             ),
         ),
     ] = False,
@@ -71,7 +74,8 @@ def safety(
     the form of ISO/TS 15066, which follows from the keys in [safety] of a scene. To search rings
     for the space close to the robot, use place-rings --target V_N:0.3 first. With --sensor the
     person wears dark clothes (reflectance 0.17) and is as large as a torso (0.45x0.7 m), unless
-    options state otherwise. With --dossier, a page for the safety engineer is written as well.
+    options state otherwise. With --dossier, a page for the safety engineer is written as well; with
+    --detect and --smallest-object it has what the sensors detect in the scene's targets.
     **This is an engineering aid; it confers no safety rating.**
 
     For example:
@@ -94,6 +98,7 @@ def safety(
     from ...reporting.terminal import Terminal, say_json
     from ..options.scenes import scene_for
 
+    asked = sensing
     if sensing.sensor is not None:
         reflectance = DARK_TARGET if sensing.reflectance is None else sensing.reflectance
         sensing = replace(
@@ -101,6 +106,11 @@ def safety(
         )
     if facts is not None and not dossier:
         raise UserError("--facts: allowed only with --dossier; add it")
+    question = detection.resolve(asked)
+    if question is not None and not dossier:
+        raise UserError("--detect: allowed only with --dossier; add it")
+    if options.smallest_object and not dossier:
+        raise UserError("--smallest-object: allowed only with --dossier; add it")
     stated = stated_in(facts)
     setup, where = sensing.resolve(subject, scene_for(subject, scene, robot, paper, reading))
     if motion.degrees and motion.trajectory is None:
@@ -115,6 +125,7 @@ def safety(
                 trajectory=None
                 if path is None
                 else Trajectory(None, None, path=path, degrees=motion.degrees),
+                detect=question,
                 progress=lambda done, total: bar.update(task, completed=done, total=total),
                 **vars(options),
             )

@@ -17,8 +17,8 @@ from .voxel_set import centre, encode
 
 _RELATIVE = 0.04  # of the lower bound: a difference of the bounds that is always small enough
 _MOST_PLACES, _MOST_CELLS = 20_000, 50_000  # cells on a level, before their halves are examined
-_TRIED = 64  # places of a level whose lower bounds are computed: those of the largest upper bounds
-_FEW = 16  # places of a dive
+_TRIED = 128  # places of a level whose lower bounds are computed: of the largest upper bounds
+_FEW = 8  # places of a dive of the largest upper bounds, and as many of the largest lower ones
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,8 @@ class _Search:
     """Lattice numbers of the cells that may hold the centre of a larger object."""
     most: Float[np.ndarray, " N"]
     """Upper bound of r in each of these cells, m."""
+    least: Float[np.ndarray, " N"]
+    """Lower bound of r at the centre of each, m; 0 where none was computed."""
     state: Int[np.ndarray, " N"]
     """State of each of these cells as part of the target."""
     open: OpenCells
@@ -98,7 +100,7 @@ class _Search:
         best = LargestObject(least, most, place, side)
         state = grid.place[may]
         places = np.argwhere(may) + cells.first
-        return _Search(grid.space, shape, best, places, high[may], state, open_)
+        return _Search(grid.space, shape, best, places, high[may], low[may], state, open_)
 
     @property
     def can_halve(self) -> bool:
@@ -108,7 +110,9 @@ class _Search:
 
     def selected(self, keep: Bool[np.ndarray, " N"]) -> "_Search":
         """Return the search among some of its places, with all open cells."""
-        return replace(self, places=self.places[keep], most=self.most[keep], state=self.state[keep])
+        each = (values[keep] for values in (self.places, self.most, self.least, self.state))
+        places, most, least, state = each
+        return replace(self, places=places, most=most, least=least, state=state)
 
     def only(self, keep: Bool[np.ndarray, " N"]) -> "_Search":
         """Return the search among some of its places, with the open cells that matter to them."""
@@ -127,8 +131,9 @@ class _Search:
     def halved(self) -> "_Search":
         """Return the search with halves of its cells; its bounds hold for its places alone."""
         open_, blocked = self.space.space.halved(self.open)
-        most, state, places = np.repeat(self.most, 8), np.repeat(self.state, 8), halves(self.places)
-        finer = replace(self, places=places, most=most, state=state, open=open_)
+        places = halves(self.places)
+        most, state = np.repeat(self.most, 8), np.repeat(self.state, 8)
+        finer = replace(self, places=places, most=most, least=0.0 * most, state=state, open=open_)
         finer = finer.selected(~np.isin(encode(places << open_.cells.level), blocked)).in_target()
         centres, cells = finer._at(finer.places), finer._at(open_.cells.numbers)
         shape, side, best = self.shape, self.best.side / 2, self.best
@@ -136,14 +141,16 @@ class _Search:
         sure = shape.nearest(centres, cells[open_.at_centre], shape.height(-side) + EXACT)
         most = np.minimum(sure + half, finer.most)
         first = finer.centred(most)[:_TRIED]
-        least = shape.nearest(centres[first], cells, shape.height(side) - EXACT) - half
-        least[self.space.space.states(finer.places[first], open_.cells.level) != FREE] = 0.0
-        least = np.minimum(least, self.space.limit(shape))
+        low = shape.nearest(centres[first], cells, shape.height(side) - EXACT) - half
+        low[self.space.space.states(finer.places[first], open_.cells.level) != FREE] = 0.0
+        least = finer.least.copy()
+        least[first] = np.clip(low, 0.0, self.space.limit(shape))
         i = int(np.argmax(least)) if len(least) else 0
         if len(least) and least[i] > best.low:
-            best = replace(best, low=float(least[i]), centre=centres[first[i]])
+            best = replace(best, low=float(least[i]), centre=centres[i])
         high = min(max(float(most.max(initial=0.0)), best.low), best.high)
-        return replace(finer, best=replace(best, high=high, side=side), most=most).above(best.low)
+        best = replace(best, high=high, side=side)
+        return replace(finer, best=best, most=most, least=least).above(best.low)
 
     def in_target(self) -> "_Search":
         """Return the search among the places of which some point may lie in the target."""
@@ -162,12 +169,14 @@ class _Search:
         return self.only(self.most > low)
 
     def few(self) -> "_Search":
-        """Return the search among those of its places that have the largest upper bounds, and a
-        centre that can hold an object if there are any."""
-        centred = self.centred(self.most)
-        first = centred if len(centred) else np.argsort(-self.most, kind="stable")
+        """Return the search among those of its places that have the largest bounds, and a centre
+        in the target if there are any."""
+        first = self.centred(self.most)
+        if not len(first):
+            first = np.argsort(-self.most, kind="stable")
         keep = np.zeros(len(self.places), bool)
         keep[first[:_FEW]] = True
+        keep[np.argsort(-self.least, kind="stable")[:_FEW]] = True
         return self.only(keep)
 
     def dive(self, width: float) -> "_Search":

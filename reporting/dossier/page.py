@@ -7,6 +7,7 @@ from ...simulation.dossier.dossier import Dossier
 from ...simulation.dossier.records import Element, Input, State
 from ..pages import command_of, escaped, table
 from ..text import counted, listed
+from .capability_section import capability_section
 from .sections import distance_section, floor_section, stop_section
 
 PICTURE = "floor.png"
@@ -32,7 +33,7 @@ def page(d: Dossier, command: str, version: str, created: str) -> str:
         distance_section(d),
         stop_section(d),
         _reaction(d),
-        _capability(d),
+        capability_section(d),
         floor_section(d, PICTURE),
         _elements(d),
         _origin(command),
@@ -111,20 +112,6 @@ def _reaction(d: Dossier) -> Iterator[str]:
             "**Sensors that fire together may disturb each other, which this period leaves out.**"
             " With `--scheduled` it is that of the firing schedule.\n"
         )
-
-
-def _capability(d: Dossier) -> Iterator[str]:
-    yield "## Detection capability and test piece\n"
-    yield (
-        "The effective detection capability d_e (ISO 13855:2024) is the size of the smallest object"
-        " that is detected reliably. It needs a test piece and a test on the rig. Verified by the"
-        f" user: {_or_open(d.stated.detection_capability)}.\n"
-    )
-    yield (
-        "A catalogue range holds for a target that fills the beam, unless a size is stated. Smaller"
-        " objects are detected less far: `place-rings sensors` with `--detect` predicts how far,"
-        " which is no test.\n"
-    )
 
 
 def _elements(d: Dossier) -> Iterator[str]:

@@ -117,13 +117,7 @@ def bounds_text(shape: str, bounds: ObjectBounds) -> str:
     if bounds.centre is None and not bounds.open:
         return f"no {shape} of more than ⌀ {math.ceil(1e4 * bounds.high) / 10:.1f} mm"
     place = ", ".join(f"{x:.3f}" for x in bounds.centre or ())
-    return f"the largest {shape} has ⌀ {diameter_text(bounds)} (at {place} m, pose {bounds.pose})"
-
-
-def diameter_text(bounds: ObjectBounds) -> str:
-    """Return the interval of a diameter, rounded outward to tenths of mm."""
-    low, high = math.floor(1e4 * bounds.low) / 10, math.ceil(1e4 * bounds.high) / 10
-    return f"{low:.1f} mm or more" if bounds.open else f"{low:.1f} to {high:.1f} mm"
+    return f"the largest {shape} has ⌀ {bounds.text} (at {place} m, pose {bounds.pose})"
 
 
 def gap_verdict(objects: SmallestObject) -> str:

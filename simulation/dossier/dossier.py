@@ -19,6 +19,7 @@ from ...coverage.robots.separation_distance import (
 from ...objectives.scene import Scene
 from ..safety import DISCLAIMER, SafetyResult
 from ..safety_options import SafetyOptions
+from .capability import Capability
 from .floor import FloorRecord
 from .inputs import inputs_of
 from .records import ApproachDistance, Element, Input
@@ -52,6 +53,8 @@ class Dossier(FileRecord):
     """Simulated approaches, with the terms of the separation distance and the measured stops."""
     floor: FloorRecord
     """Where a person can stand, and get close, unseen."""
+    capability: Capability
+    """What the sensors can detect, as far as the user asked."""
     elements: Items[Element]
     """Performance levels."""
 
@@ -63,6 +66,7 @@ def dossier_of(
     r: SafetyResult,
     safety: Safety,
     floor: FloorRecord,
+    capability: Capability,
     stated: Statements,
 ) -> Dossier:
     """Return the dossier of a simulated setup.
@@ -74,6 +78,7 @@ def dossier_of(
         r: result of the simulation.
         safety: terms of the whole separation distances.
         floor: what sensors see on the floor.
+        capability: what they can detect.
         stated: what the user states.
     """
     ranges = [group.sensor.range_m for group in setup.groups]
@@ -82,12 +87,13 @@ def dossier_of(
         robot=scene.robot.name,
         does_not_prove=tuple(_does_not_prove(r, floor)),
         stated=stated,
-        inputs=inputs_of(setup, scene, options, r, stated),
+        inputs=inputs_of(setup, scene, options, r, capability, stated),
         distances=distances(safety, r.separation.fastest_m_s, r.separation.stopping_s, ranges),
         least_range_m=min(ranges),
         largest_range_m=max(ranges),
         simulation=r,
         floor=floor,
+        capability=capability,
         elements=tuple(_elements(setup, scene, stated)),
     )
 
@@ -131,7 +137,8 @@ def _does_not_prove(r: SafetyResult, floor: FloorRecord) -> Iterator[str]:
     )
     yield (
         "Detection. The figures are geometry: any part of a person within a sensor's nominal beam"
-        " and range counts as seen. No sensor was tested on a person or test piece here."
+        " and range counts as seen. No sensor was tested on a person or test piece here. An"
+        " expected share with detection, if listed, follows from a law between the makers' figures."
     )
     yield (
         "A performance level. This page rates no element. The user's entries are printed as stated,"

@@ -17,17 +17,24 @@ from ...coverage.robots.separation_distance import (
 from ...objectives.scene import Scene
 from ..safety import SafetyResult
 from ..safety_options import SafetyOptions
+from .capability import Capability
 from .records import Input, State
 from .statements import Statements
 
 _EXAMPLE = "worked example in the literature, as quoted by secondary sources; not of this cell"
 _13855 = "ISO 13855, by secondary sources"
+_LAW = "law between the makers' figures, not measured"
 _SCENE = "[safety] of the scene"
 _DEFAULTS = Safety()
 
 
 def inputs_of(
-    setup: Setup, scene: Scene, options: SafetyOptions, r: SafetyResult, stated: Statements
+    setup: Setup,
+    scene: Scene,
+    options: SafetyOptions,
+    r: SafetyResult,
+    capability: Capability,
+    stated: Statements,
 ) -> tuple[Input, ...]:
     """Return all inputs of a dossier.
 
@@ -36,6 +43,7 @@ def inputs_of(
         scene: its scene.
         options: options of the simulation.
         r: result of the simulation.
+        capability: what the sensors can detect.
         stated: what the user states.
     """
     return (
@@ -44,6 +52,8 @@ def inputs_of(
         *_lengths(scene),
         *_ranges(setup),
         *_detection(scene, stated),
+        *_objects(capability),
+        *_shares(capability),
     )
 
 
@@ -207,7 +217,10 @@ def _ranges(setup: Setup) -> Iterator[Input]:
 
 
 def _detection(scene: Scene, stated: Statements) -> Iterator[Input]:
-    yield _text("effective detection capability d_e and test piece", stated.detection_capability)
+    yield _text(
+        "effective detection capability d_e, verified with its test piece",
+        stated.detection_capability,
+    )
     person = scene.person or Person()
     own = scene.person is None
     yield Input(
@@ -218,6 +231,56 @@ def _detection(scene: Scene, stated: Statements) -> Iterator[Input]:
         source="shoulders at 1.2 m; a default of place-rings" if own else "[person] of the scene",
     )
     yield _text("measures against undetected access and presence", stated.rear_access)
+
+
+def _objects(c: Capability) -> Iterator[Input]:
+    """Yield the bounds of the largest unseen objects, or that they are open."""
+    each = [(t.target, t.objects) for t in c.targets if t.objects is not None]
+    for target, o in each:
+        rod = f"vertical rod of {o.rod_length:g} m"
+        for shape, bounds in (("sphere", o.sphere), (rod, o.rod)):
+            yield Input(
+                name=f"largest {shape} that no sensor sees, centre in {target}",
+                symbol="d_e" if shape == "sphere" else "",
+                text=f"⌀ {bounds.text}",
+                state="computed",
+                source=f"geometry of the nominal beams, both ends proved; {_moments(c)}",
+            )
+    if not each:
+        yield Input(
+            name="largest object that no sensor sees",
+            symbol="d_e",
+            state="open",
+            source="--smallest-object bounds it",
+        )
+
+
+def _shares(c: Capability) -> Iterator[Input]:
+    """Yield the expected shares with detection, or that they are open."""
+    each = [(t.target, t.detection, t.proved) for t in c.targets]
+    for target, d, proved in each:
+        if d is None or proved is None or proved.low is None or proved.high is None:
+            continue
+        own = d.question.rates is not None
+        low, high = 100 * (d.assumed_low or 0.0), 100 * (d.assumed_high or 0.0)
+        yield Input(
+            name=f"expected share of {target} in which {d.question.piece.name} is detected",
+            text=f"{100 * d.zeta:.2f} ± {100 * (d.error or 0.0):.2f} %; {low:.2f} to {high:.2f} %"
+            f" by the assumptions; proved value of the law: {100 * proved.low:.1f} to"
+            f" {100 * proved.high:.1f} %",
+            state="computed",
+            source=f"{'rates that the user measured' if own else _LAW}; {_moments(c)}",
+        )
+    if all(d is None for _, d, _ in each):
+        yield Input(
+            name="expected share in which a test piece is detected",
+            state="open",
+            source="--detect computes it",
+        )
+
+
+def _moments(c: Capability) -> str:
+    return f"{c.moments} of {c.of_moments} moments"
 
 
 def _text(name: str, text: str) -> Input:

@@ -48,7 +48,12 @@ def test_a_dossier_has_the_numbers_that_follow_by_hand(run, folder):
     assert states["stopping time"] == "measured by the user"
     assert states["speed of the robot's fastest part"] == "computed"
     assert states["period of the readings"] == "assumed"
-    assert states["effective detection capability d_e and test piece"] == "open"
+    for name in (
+        "effective detection capability d_e, verified with its test piece",
+        "largest object that no sensor sees",
+        "expected share in which a test piece is detected",
+    ):
+        assert states[name] == "open"
     assert all(one["source"] for one in d["inputs"])
     levels = {
         one["element"]: (one["default"], one["rating"], one["state"]) for one in d["elements"]
@@ -104,3 +109,27 @@ def test_python_writes_what_the_command_writes(run, folder):
         del one["simulation"]["seconds"]
     assert ours == theirs
     assert UR10.name == ours["robot"]
+
+
+def test_a_dossier_has_what_was_asked_of_detection(run, folder):
+    scene = folder / "scene.toml"
+    scene.write_text(SCENE + '[[targets]]\nname = "V_N"\nradius = 0.05\nlargest_gap_mm = 100\n')
+    options = ("--sensor", "vl53l5cx", "--detect", "hand", "--smallest-object", "--out", "out")
+    code, _, err = run(*words(*options))
+    assert code == 0, err
+    d = json.loads((folder / "out" / "dossier.json").read_text())
+    (target,) = d["capability"]["targets"]
+    assert target["objects"]["verdict"] == "pass"
+    n, proved = target["detection"], target["proved"]
+    assert proved["low_percent"] <= n["zeta_percent"] <= proved["high_percent"]
+    open_ = {one["name"] for one in d["inputs"] if one["state"] == "open"}
+    assert not any("unseen" in name or "no sensor sees" in name for name in open_)
+    assert not any("expected share" in name for name in open_)
+    assert "effective detection capability d_e, verified with its test piece" in open_
+
+
+@pytest.mark.parametrize("option", [("--smallest-object",), ("--detect", "hand")])
+def test_what_a_dossier_computes_needs_one(run, folder, option):
+    code, _, err = run("safety", "n1_8_0", *option)
+    assert code == 2
+    assert has_parts(err, f"{option[0]} --dossier")

@@ -234,7 +234,7 @@ def test_a_map_bounds_the_room_of_each_place(seed):
 @pytest.mark.parametrize("seed", range(100, 120))
 def test_bounds_hold_against_objects_on_a_fine_grid(seed):
     for low, _, high in held_against_brute_force(seed, 0.008, 0.004):
-        assert high - low <= max(WIDTH, 0.04 * low)
+        assert high - low <= 0.02
 
 
 BOTH = pytest.mark.parametrize("shape", [BALL, ObjectShape(ROD)])
