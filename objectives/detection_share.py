@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.detection.detection import Detection, bounds, detectors
-from ..coverage.detection.law import Detectors
+from ..coverage.detection.detectors import Detectors
 from ..coverage.detection.noticed import NEGLIGIBLE, Noticed, noticed
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones

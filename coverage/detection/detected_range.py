@@ -14,8 +14,10 @@ from ..definitions.records import JsonRecord
 from ..sensors.effective_range import Use, model_of, steps
 from ..sensors.sensor import Sensor
 from ..solids.beams import InBeam
+from .aspect import LEVEL, aspect
 from .detection import STATED_RATE, THRESHOLD, WHITE, Detection, detectors, frames_in
-from .law import Detectors, in_time, per_frame, strength
+from .detectors import Detectors
+from .law import in_time, per_frame, strength
 
 SHARES = (0.5, 0.9, 0.99)
 """Shares of frames, or probabilities, for which distances are stated."""
@@ -102,11 +104,12 @@ def detected_range(sensor: Sensor, detection: Detection) -> DetectedRange:
 
 
 def along(of: Detectors, detection: Detection, distance: float) -> tuple[float, float]:
-    """Return the probability of a frame and that in time for a piece on the axis of a zone, at a
-    distance along the axis of the sensor, m."""
-    side = np.where(of.zones % 2 == 0, of.edge / of.zones, 0.0)[0] * distance
-    at = InBeam(*(np.array([v]) for v in (distance, *side)))
-    p = per_frame(strength(at, of, detection.extent), of)
+    """Return the probability of a frame and that in time for a piece on the axis of a zone, with
+    its front at a distance along the axis of the sensor, m, which looks level."""
+    extent, depth = detection.extent, distance + detection.piece.width_m / 2
+    side = np.where(of.zones % 2 == 0, of.edge / of.zones, 0.0)[0] * depth
+    at = InBeam(*(np.array([v]) for v in (depth, *side)))
+    p = per_frame(strength(aspect(at, LEVEL, of, extent), of, extent), of)
     return float(p[0]), float(in_time(p, of)[0])
 
 

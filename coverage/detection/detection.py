@@ -14,7 +14,9 @@ from ..sensors.effective_range import Use, model_of, steps
 from ..sensors.sensor import PAPER_SENSOR, Sensor
 from ..sensors.sensor_model import Model
 from ..solids.beams import InBeam
-from .law import Detectors, Extent, equal_square, fill
+from .aspect import LEVEL, Extent, aspect
+from .detectors import Detectors
+from .law import equal_square, fill
 from .measured_rates import MeasuredRate, RateTable, ramps_of
 from .pieces import PIECES, Piece
 
@@ -200,7 +202,8 @@ def _by_rates(of: Detectors, rows: list[MeasuredRate], end: _Assumptions) -> Det
         share: Any = 1.0
         if row.width_m is not None and row.height_m is not None:
             d = np.array(row.distance_m)
-            share = fill(InBeam(d, *(aside * d)), of, Extent(row.width_m, row.height_m))
+            extent = Extent(row.width_m, row.height_m)
+            share = fill(aspect(InBeam(d, *(aside * d)), LEVEL, of, extent), of)
         return float(share) * float(of.reach / row.distance_m) ** 2
 
     ramps = getattr(ramps_of(rows, signal), end.of_rates)

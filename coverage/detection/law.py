@@ -1,10 +1,13 @@
 """The law of detection: with which probability sensors report a test piece at a place.
 
 The signal s of a test piece is the light that returns from it, over the light from a target at the
-range R that fills the beam: by the inverse square of the distance, by the share of the best zone
-that it covers, and by the share of it in line of sight,
+range R that fills the beam: by the share of the best zone that it covers, by the share of that in
+line of sight, and by the inverse square of the distance,
 
     s = fill * view * (R / distance)^2.
+
+The piece is an upright round body. All three are taken where its axis comes nearest to that of the
+beam (``Aspect``); the distance is that of its surface there.
 
 R is the range for the piece's reflectance and the ambient light (``effective_range``). The signal
 stands above noise of standard deviation 1, and a frame reports something where their sum exceeds a
@@ -24,52 +27,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
 
-from ..arrays import Array, Numbers, namespace, root
-from ..solids.beams import NIL, Place
-
-
-class Detectors(NamedTuple):
-    """What K sensors need to detect a test piece, apart from their poses."""
-
-    edge: Float[Array, "*batch K 2"]
-    """Tangents of the half angles across ``up`` and along it; of a round beam, those of the square
-    that is as large."""
-    zones: Float[Array, "*batch K 2"]
-    """Zones in a row, and rows."""
-    round: Bool[Array, "*batch K"]
-    """Which beams are round."""
-    flat: Bool[Array, "*batch K"]
-    """Which beams are cones or pyramids; the piece fills any other beam that it is in."""
-    reach: Float[Array, "*batch K"]
-    """Range R for the piece and the light, m; minus infinity or 0: a sensor that sees nothing."""
-    least: Float[Array, "*batch K"]
-    """Distance below which the sensor reports nothing, m."""
-    quantile: Float[Array, "*batch K 2"]
-    """z: standard normal quantile of the share of frames that report anything at R; for signals
-    below 1, and from 1 on."""
-    threshold: Float[Array, "*batch K 2"]
-    """b: threshold over the noise's standard deviation; for signals below 1, and from 1 on. Both
-    are equal but in bounds: below 1 a higher threshold reports less, above 1 a lower one."""
-    offset: Float[Array, "*batch K"]
-    """Signal that the cross-talk of a cover hides."""
-    frames: Float[Array, "*batch K"]
-    """Whole frames within the time that detection may take."""
-    measured: Bool[Array, "*batch K"]
-    """For which sensors measured rates replace the law."""
-    ramps: Float[Array, "*batch K M 3"]
-    """Ramps whose sum is p by measured rates: signal where one begins, 1 over its width, and its
-    rise; M may be 0."""
-
-
-class Extent(NamedTuple):
-    """Size of a test piece, m; numbers, or arrays that broadcast against the places."""
-
-    width: Numbers
-    """Width."""
-    height: Numbers
-    """Height."""
+from ..arrays import namespace
+from ..solids.beams import NIL
+from .aspect import Aspect, Extent, Side, nearest, zone_centre
+from .detectors import Detectors
 
 
 def overlap(centre: Any, half: Any, edge: Any, zones: Any) -> Any:
@@ -84,83 +46,85 @@ def overlap(centre: Any, half: Any, edge: Any, zones: Any) -> Any:
         zones: number of zones.
     """
     xp = namespace(centre)
-    width = 2 * edge / zones
-    low = xp.clip(xp.floor((centre + edge) / width), 0, zones - 1) * width - edge
-    inside = xp.minimum(centre + half, low + width) - xp.maximum(centre - half, low)
-    return xp.maximum(inside, 0) / width
+    middle, reach = zone_centre(centre, edge, zones), edge / zones
+    inside = xp.minimum(centre + half, middle + reach) - xp.maximum(centre - half, middle - reach)
+    return xp.maximum(inside, 0) / (2 * reach)
 
 
-def sides(at: Place, of: Detectors, piece: Extent) -> tuple[tuple[Any, Any, Any, Any], ...]:
-    """Return for both directions of a beam's section: the place of a piece and its size, m; and
-    the beam's edge, a tangent, and its zones. A round beam has the piece's smaller side point to
-    the axis."""
-    xp = namespace(at.along)
-    least, most = xp.minimum(piece.width, piece.height), xp.maximum(piece.width, piece.height)
-    return (
-        (
-            xp.where(of.round, root(at.across * at.across + at.up * at.up), at.across),
-            xp.where(of.round, least, piece.width),
-            of.edge[..., 0],
-            of.zones[..., 0],
-        ),
-        (
-            xp.where(of.round, 0.0, at.up),
-            xp.where(of.round, most, piece.height),
-            of.edge[..., 1],
-            of.zones[..., 1],
-        ),
-    )
+def fill(a: Aspect, of: Detectors) -> Any:
+    """Return the share of the best zone that a test piece covers; 0 behind the sensor.
 
-
-def fill(at: Place, of: Detectors, piece: Extent) -> Any:
-    """Return the share of the best zone that a test piece at ``at`` covers; 0 behind the sensor.
-
-    Sizes in tangents do not change within the piece; its turn about the axis of the beam is
-    neglected, which changes nothing where the piece fills a zone in either direction.
+    Sizes in tangents do not change within the piece.
     """
-    xp = namespace(at.along)
-    depth = xp.maximum(at.along, NIL)
+    xp = namespace(a.part.along)
+    depth = xp.maximum(a.part.along, NIL)
     share: Any = 1.0
-    for place, size, edge, zones in sides(at, of, piece):
-        share = share * overlap(place / depth, size / (2 * depth), edge, zones)
-    return xp.where(of.flat, xp.where(at.along > 0, share, 0.0), 1.0)
+    for side in (a.cross, a.strip):
+        share = share * overlap(side.centre / depth, side.half / depth, side.edge, side.zones)
+    return xp.where(of.flat, xp.where(a.part.along > 0, share, 0.0), 1.0)
 
 
-def view(outside: Any, half: Numbers) -> Any:
-    """Return the share of a piece in view, by the distance of its centre from what is in view.
+class Lit(NamedTuple):
+    """What of a piece's width a beam can light."""
+
+    within: Any
+    """Width within the beam, m: all of the piece, or all of the beam."""
+    zone: Any
+    """Width within a zone, m."""
+
+
+def lit(depth: Any, cross: Side, of: Detectors, piece: Extent) -> Lit:
+    """Return what of a piece's width beams light at a depth above 0, m.
 
     Args:
-        outside: 1-Lipschitz function of the visible region at the centre, m; negative inside.
-        half: half of the piece's smaller side, m.
+        depth: depth, m.
+        cross: the piece across its axis.
+        of: the sensors.
+        piece: its size.
     """
-    return namespace(outside).clip(0.5 - outside / (2 * half), 0.0, 1.0)
+    xp = namespace(depth)
+    beam = 2 * cross.edge * depth
+    within = xp.where(of.flat, xp.minimum(piece.width, beam), piece.width)
+    return Lit(within, xp.where(of.flat, xp.minimum(within, beam / cross.zones), piece.width))
 
 
-def strength(at: Place, of: Detectors, piece: Extent) -> Any:
+def view(outside: Any, width: Lit) -> Any:
+    """Return the share of the best zone's part of a piece that is in view.
+
+    A straight edge hides what lies beyond it; what is left covers a zone, or a share of one.
+
+    Args:
+        outside: 1-Lipschitz function of the visible region at the part of the piece's axis that is
+            nearest to the beam's, m; negative inside.
+        width: what of the piece is lit.
+    """
+    return namespace(outside).clip((width.within / 2 - outside) / width.zone, 0.0, 1.0)
+
+
+def strength(a: Aspect, of: Detectors, piece: Extent) -> Any:
     """Return the signal of a test piece of which nothing is hidden; 0 nearer than the least
     distance.
 
     Args:
-        at: place of its centre in the frames of the beams, m.
+        a: how it stands in the beams.
         of: the sensors.
         piece: its size.
     """
-    xp = namespace(at.along)
-    near = xp.maximum(at.away, NIL)
-    s = fill(at, of, piece) * (xp.maximum(of.reach, 0.0) / near) ** 2
-    return xp.where(at.away >= of.least, s, 0.0)
+    xp = namespace(a.part.along)
+    away = nearest(a, piece)
+    s = fill(a, of) * (xp.maximum(of.reach, 0.0) / xp.maximum(away, NIL)) ** 2
+    return xp.where(away >= of.least, s, 0.0)
 
 
-def signal(at: Place, outside: Any, of: Detectors, piece: Extent) -> Any:
+def signal(a: Aspect, outside: Any, of: Detectors, piece: Extent) -> Any:
     """Return the signal s of a test piece.
 
     Args:
-        at, of, piece: see ``strength``.
+        a, of, piece: see ``strength``.
         outside: see ``view``; for beams that are not flat, of the beam as well.
     """
-    xp = namespace(outside)
-    half = xp.minimum(xp.asarray(piece.width), xp.asarray(piece.height)) / 2
-    return strength(at, of, piece) * view(outside, half)
+    depth = namespace(outside).maximum(a.part.along, NIL)
+    return strength(a, of, piece) * view(outside, lit(depth, a.cross, of, piece))
 
 
 def per_frame(s: Any, of: Detectors) -> Any:

@@ -13,17 +13,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, Index, dot, root, rows
+from ..arrays import Array, Index, cross, dot, root, rows
 from ..occlusion.occluded_beams import OccludedBeams
 from ..occlusion.occluders import Occluders, beams
 from ..occlusion.occlusion_mode import Occlusion
 from ..solids.base import CubePairs, Decision, Part, Parts, Points
-from ..solids.beams import Beams, FromPose, InBeam
+from ..solids.beams import NIL, Beams, FromPose, InBeam
 from ..solids.cones import Cones, around
 from ..solids.volume_fraction import VolumeFraction
+from .aspect import LEVEL, Extent, Vertical, aspect
 from .detection import Detection
-from .law import Detectors, Extent, at_least, fill, in_time, per_frame, strength, view
-from .law_bounds import strength_bounds
+from .detectors import Detectors
+from .law import Lit, at_least, fill, in_time, lit, per_frame, strength, view
+from .law_bounds import ends
 
 NEGLIGIBLE = 1e-6
 """Probability up to which a sensor is left out, and from 1 less which a place counts as certain."""
@@ -71,11 +73,6 @@ class Noticed(Parts):
         return root(dot(v, v)) - self._farthest[index]
 
     @property
-    def _half(self) -> float:
-        """Half of the piece's smaller side, m."""
-        return float(np.minimum(self.extent.width, self.extent.height)) / 2
-
-    @property
     def _farthest(self) -> Float[np.ndarray, " K"]:
         """Distance from the apex up to which the sensors may detect the piece, m."""
         half = np.hypot(self.extent.width, self.extent.height) / 2
@@ -98,6 +95,10 @@ class Noticed(Parts):
         """Return the places of points (..., P, 3) m in the beams of sensors (P,)."""
         apex, axis, up = (rows(a, index) for a in (self.cones.apex, self.cones.axis, self.up))
         return FromPose(points, apex, axis, up)
+
+    def _vertical(self, index: Int[np.ndarray, " P"]) -> Vertical:
+        axis, up = rows(self.cones.axis, index), rows(self.up, index)
+        return Vertical(axis[..., 2], cross(up, axis)[..., 2], up[..., 2])
 
     def _outside(self, points: Points, index: Int[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
         """Return the function of what is in view of sensors at points, m."""
@@ -128,24 +129,34 @@ class Noticed(Parts):
             index: the sensors.
             in_view: for which of them nothing is hidden at all these places.
         """
-        s = strength(self._place(points, index), self._of(index), self.extent)
+        at, of = self._place(points, index), self._of(index)
+        a = aspect(at, self._vertical(index), of, self.extent)
+        s = strength(a, of, self.extent)
         bright = s > self.faint[index]
         hidden = np.nonzero(bright & ~in_view)
-        s[hidden] *= view(self._outside(points[hidden], index[hidden[1]]), self._half)
+        outside = self._outside(_raised(points[hidden], a.step[hidden]), index[hidden[1]])
+        width = lit(np.maximum(a.part.along, NIL), a.cross, of, self.extent)
+        s[hidden] *= view(outside, Lit(*(np.broadcast_to(w, s.shape)[hidden] for w in width)))
         p: np.ndarray = np.zeros_like(s)
         p[bright] = self._chance(s[bright], index[np.nonzero(bright)[1]])
         return p
 
     def chances(self, points: Points, index: Int[np.ndarray, " P"], reach: float) -> Chances:
         """Return bounds of ``chance`` in balls of radius ``reach`` m about points."""
-        low, high = strength_bounds(self._place(points, index), self._of(index), self.extent, reach)
+        at, up, of = self._place(points, index), self._vertical(index), self._of(index)
+        a = aspect(at, up, of, self.extent)
+        low, high, slack, narrow, wide = ends(a, at, up, of, self.extent, reach)
         some, in_view = np.flatnonzero(high > self.faint[index]), np.ones(len(index), bool)
         for s in (low, high):
             s[s <= self.faint[index]] = 0.0
-        outside = self._outside(rows(points, some), index[some])
-        low[some] *= view(outside + reach, self._half)
-        high[some] *= view(outside - reach, self._half)
-        in_view[some] = outside + reach <= -self._half
+        outside = self._outside(_raised(rows(points, some), a.step[some]), index[some])
+        shares = [
+            view(outside + sign * slack[some], Lit(*(w[some] for w in width)))
+            for sign, width in ((1, narrow), (-1, wide))
+        ]
+        low[some] *= shares[0]
+        high[some] *= shares[1]
+        in_view[some] = shares[0] >= 1
         matters = high > self.faint[index]
         return Chances(self._chance(low, index), self._chance(high, index), matters, in_view)
 
@@ -184,6 +195,13 @@ class Noticed(Parts):
         return VolumeFraction(low, high)
 
 
+def _raised(points: Points, step: np.ndarray) -> Points:
+    """Return points (..., 3) moved up, m."""
+    raised = points.copy()
+    raised[..., 2] += step
+    return raised
+
+
 def noticed(
     cones: Beams, occluders: Occluders, occlusion: Occlusion, of: Detectors, detection: Detection
 ) -> Noticed:
@@ -196,23 +214,22 @@ def noticed(
         of: what the sensors need, of the same order.
         detection: the piece, and how many sensors must detect it.
     """
-    extent, r = detection.extent, detection.piece.half
+    extent, r = detection.extent, detection.piece.width_m / 2
     faint = _faint(of)
-    farthest = _farthest(of, extent, faint)
     up = np.asarray(cones.sides(np.arange(len(cones)))[1])
+    farthest = _farthest(of, extent, faint) + extent.height / 2 * abs(cones.axis[:, 2])
     cones = replace(cones, range_m=np.where(of.flat, farthest, cones.range_m))
     # Seen from an apex outside a convex body K, what K hides meets a convex set that holds the apex
     # just if K does. That set holds the places from which the piece reaches into the beam, and all
     # within r of them, where the shadow may hide a part of it: a cone moved back along its axis.
     looks = around(cones)
-    edge = np.where(of.flat, np.hypot(extent.width, extent.height) / 2, 0.0)
-    cosine, tangent = np.cos(looks.half_angle), np.tan(looks.half_angle)
-    back = (edge + r / cosine) / tangent
+    edge = r + np.where(of.flat, np.hypot(extent.width, extent.height) / 2, 0.0)
+    back = edge / np.sin(looks.half_angle)
     looks = Cones(
         looks.apex - back[:, None] * looks.axis,
         looks.axis,
         looks.half_angle,
-        looks.range_m + back + r,
+        looks.range_m + back + edge,
     )
     seen = beams(cones, occluders, occlusion, looks=looks)
     if isinstance(seen, OccludedBeams):  # a sensor inside a body sees nothing
@@ -229,13 +246,15 @@ def _faint(of: Detectors) -> Float[np.ndarray, " K"]:
 def _farthest(
     of: Detectors, piece: Extent, faint: Float[np.ndarray, " K"]
 ) -> Float[np.ndarray, " K"]:
-    """Return the depth up to which sensors may detect a piece, m: that in the centre of a zone, for
-    the law falls with the depth."""
-    aside = np.where(of.zones % 2 == 0, of.edge / of.zones, 0.0)
+    """Return the depth of the nearest part up to which sensors may detect a piece, m: that of the
+    largest silhouette in the centre of a zone."""
+    aside, radius = np.where(of.zones % 2 == 0, of.edge / of.zones, 0.0), piece.width / 2
+    largest = Extent(2**0.5 * piece.width, piece.height + piece.width)
 
     def bright(d: Any) -> Any:
-        share = fill(InBeam(d, aside[:, 0] * d, aside[:, 1] * d), of, piece)
-        return share * (np.maximum(of.reach, 0.0) / d) ** 2 > faint
+        at = InBeam(d, aside[:, 0] * d, aside[:, 1] * d)
+        share = fill(aspect(at, LEVEL, of, largest), of)
+        return share * (np.maximum(of.reach, 0.0) / np.maximum(d - radius, NIL)) ** 2 > faint
 
     return _last(bright, len(of.reach))[1]
 

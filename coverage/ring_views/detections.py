@@ -12,8 +12,10 @@ from functools import cached_property, lru_cache
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from ..detection.aspect import Vertical, aspect
 from ..detection.detection import Detection, detectors
-from ..detection.law import Detectors, log_missed, per_frame, signal
+from ..detection.detectors import Detectors
+from ..detection.law import log_missed, per_frame, strength
 from ..pytrees import mapped
 from ..sensors.sensor import Sensor
 from ..solids.beams import InBeam
@@ -84,12 +86,15 @@ class SensorDetections:
     def reach(self) -> float:
         """Distance beyond which it contributes nothing, m."""
         least = np.argmax(self.table > 0) / _FINE
-        return float(self.of.reach[0] / np.sqrt(least)) if self.table.any() else 0.0
+        if not self.table.any():
+            return 0.0
+        return float(self.of.reach[0] / np.sqrt(least)) + self.question.beyond
 
-    def counts(self, at: InBeam) -> UInt8[np.ndarray, "*shape"]:
-        """Return the integers at places of the piece's centre, without occlusion."""
-        outside = np.full(at.along.shape, -np.inf, np.float32)
-        s = signal(at, outside, self.of, self.question.detection.extent)
+    def counts(self, at: InBeam, up: Vertical) -> UInt8[np.ndarray, "*shape"]:
+        """Return the integers at places of the piece's centre, without occlusion, by the vertical
+        there."""
+        extent = self.question.detection.extent
+        s = strength(aspect(at, up, self.of, extent), self.of, extent)
         index = np.minimum(s * _FINE, len(self.table) - 1).astype(np.int32)
         counts: np.ndarray = self.table[index]
         return counts

@@ -23,6 +23,8 @@ class MountPoints(NamedTuple):
     """Distance from the axis, m."""
     azimuth: Float[np.ndarray, " N"]
     """Azimuth from the mount's zero direction, rad."""
+    vertical: Float[np.ndarray, "N 3"]
+    """Unit vector upwards: along the zero direction, the side and the axis."""
     pose: Int[np.ndarray, " N"]
     """Index of the point's pose."""
     mounting: Int[np.ndarray, " N"]
@@ -42,10 +44,14 @@ def mount_points(
 ) -> MountPoints:
     """Return points (N, 3), m in the base frame, in the coordinates of a mount whose link has the
     frame ``frame``, T_base_frame."""
+    axes = np.array([mount.zero, mount.side, mount.axis])
     there = (points - frame[:3, 3]) @ frame[:3, :3] - np.asarray(mount.start)
-    x, y, z = (there @ np.asarray(a) for a in (mount.zero, mount.side, mount.axis))
-    each = (a.astype(np.float32) for a in (x, y, z, np.hypot(x, y), np.arctan2(y, x)))
-    return MountPoints(*each, *(np.full(len(points), i, np.int32) for i in (pose, mounting)))
+    x, y, z = axes @ there.T
+    each = [a.astype(np.float32) for a in (x, y, z, np.hypot(x, y), np.arctan2(y, x))]
+    vertical = np.tile((axes @ frame[2, :3]).astype(np.float32), (len(points), 1))
+    return MountPoints(
+        *each, vertical, *(np.full(len(points), i, np.int32) for i in (pose, mounting))
+    )
 
 
 class RingErrors(NamedTuple):

@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8, UInt16
 
+from ..detection.aspect import Vertical
 from ..rings.mounting_errors import seated
 from ..rings.ring import Ring
 from ..solids.beams import InBeam
@@ -262,6 +263,7 @@ class _Tests:
         self._sensor, self._points, self._errors = ring.sensor, points, errors
         self._detections = detections
         self._shape = (len(places.height), ring.count)  # places, sensors
+        self._turn, self._tilt = _directions(places, ring.count).ravel(), places.tilt
         self._past: Sightlines | None = None
         if past is not None:
             apex, look = _sensor_poses(ring, places, errors)
@@ -288,7 +290,7 @@ class _Tests:
         if self._detections is None:
             seen: np.ndarray = np.flatnonzero(self._sensor.holds(at))
         else:
-            counts = self._detections.counts(at)
+            counts = self._detections.counts(at, self._vertical(k, n, number))
             seen = np.flatnonzero(counts)
             worth = counts[seen]
         if self._past is not None:
@@ -299,6 +301,16 @@ class _Tests:
             clear = self._past.clear(which, self._points, n.take(seen))
             seen, worth = seen[clear], None if worth is None else worth[clear]
         return seen, worth
+
+    def _vertical(
+        self, k: Int[np.ndarray, " T"], n: Int[np.ndarray, " T"], number: Int[np.ndarray, " T"]
+    ) -> Vertical:
+        """Return the vertical in the frames of the sensors as intended."""
+        turn, tilt = self._turn.take(k * self._shape[1] + number), self._tilt.take(k)
+        x, y, z = self._points.vertical.take(n, axis=0).T
+        cos, sin = np.cos(turn), np.sin(turn)
+        radial, ahead, aside = x * cos + y * sin, np.cos(tilt), np.sin(tilt)
+        return Vertical(radial * ahead + z * aside, y * cos - x * sin, z * ahead - radial * aside)
 
 
 def _add(

@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, cross, dot, namespace, root
 from ..detection.detection import Detection, detectors
-from ..detection.law import Detectors
+from ..detection.detectors import Detectors
 from ..pytrees import mapped, tree
 from ..robots.kinematics import forward
 from ..robots.robot import Mount, Robot

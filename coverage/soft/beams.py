@@ -9,7 +9,7 @@ proportion to the sensors whose beams overlap.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import jax
@@ -18,7 +18,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers
-from ..detection.law import Detectors
+from ..detection.aspect import Vertical
+from ..detection.detectors import Detectors
 from ..pytrees import register_trees, tree
 from ..rings.mounting_errors import Misplaced, seated
 from ..rings.ring_kinematics import RingArrays, with_base
@@ -204,21 +205,40 @@ def places_at(
         seat: direction of each sensor's axis in the frame of its intended axis, the direction
             towards distal, and that along its ring; None: all are as intended.
     """
-    phase, gap = (a - jax.lax.stop_gradient(a) for a in (rings.phase, _gap(rings)))
-    turned = phase[:, None, None] + near.turns * gap[:, None, None]  # 0, with a gradient
-    level = 1 - turned * turned / 2
-    east = near.east * level - near.north * turned
-    north = near.north * level + near.east * turned
-    x, y, z = (a[:, None] for a in rings.across(points))
-    radius, tilt = rings.radius[:, None, None], rings.tilt[:, None, None]
-    cos, sin = jnp.cos(tilt), jnp.sin(tilt)
-    radial = x * east + y * north - radius
-    across, depth, up = y * east - x * north, radial * cos + z * sin, z * cos - radial * sin
-    if seat is not None:
-        depth, across, up = seated(jnp.moveaxis(seat[near.sensor], -1, 0), depth, across, up)
+    at = _in_beams(rings, near, [a[:, None] for a in rings.across(points)], seat)
+    (east, north), radius = _outwards(rings, near), rings.radius[:, None, None]
     a, b, c = (
         rings.centre[:, None, None, i]
         + radius * (east * rings.zero[:, None, None, i] + north * rings.side[:, None, None, i])
         for i in range(3)
     )
-    return InBeam(depth, across, up), (a, b, c)
+    return at, (a, b, c)
+
+
+def verticals(
+    rings: RingsAt, near: NearSensors, seat: Float[Array, "K 3"] | None = None
+) -> Vertical:
+    """Return the vertical in the beams of sensors, (G, M, N); see ``places_at``."""
+    up = [a[:, None, None, 2] for a in (rings.zero, rings.side, rings.axis)]
+    at = _in_beams(replace(rings, radius=0 * rings.radius), near, up, seat)
+    return Vertical(at.along, at.across, at.up)
+
+
+def _in_beams(rings: RingsAt, near: NearSensors, v: Any, seat: Any) -> InBeam:
+    """Return where places in the frames of the rings lie in the beams of sensors."""
+    (east, north), (x, y, z) = _outwards(rings, near), v
+    cos, sin = (f(rings.tilt)[:, None, None] for f in (jnp.cos, jnp.sin))
+    radial = x * east + y * north - rings.radius[:, None, None]
+    across, depth, up = y * east - x * north, radial * cos + z * sin, z * cos - radial * sin
+    if seat is not None:
+        depth, across, up = seated(jnp.moveaxis(seat[near.sensor], -1, 0), depth, across, up)
+    return InBeam(depth, across, up)
+
+
+def _outwards(rings: RingsAt, near: NearSensors) -> tuple[Any, Any]:
+    """Return the directions of sensors from the centres of their rings, along ``zero`` and
+    ``side``, with the gradient by phase and number."""
+    phase, gap = (a - jax.lax.stop_gradient(a) for a in (rings.phase, _gap(rings)))
+    turned = phase[:, None, None] + near.turns * gap[:, None, None]  # 0, with a gradient
+    level = 1 - turned * turned / 2
+    return near.east * level - near.north * turned, near.north * level + near.east * turned

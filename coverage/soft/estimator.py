@@ -19,7 +19,8 @@ from jaxtyping import Float, Int
 
 from ..arrays import Array, Numbers
 from ..choices import Losing
-from ..detection.law import Extent, at_least, log_missed, per_frame, signal
+from ..detection.aspect import Extent, aspect
+from ..detection.law import at_least, log_missed, per_frame, signal
 from .beams import (
     NearSensors,
     RingsAt,
@@ -28,6 +29,7 @@ from .beams import (
     of_sensors,
     places_at,
     there,
+    verticals,
 )
 from .line_of_sight import Occluding, Sight
 
@@ -107,13 +109,15 @@ def log_undetected(
     """
     at, apex = places_at(rings, points, chosen.near, seat)
     of = of_sensors(rings.detectors)
+    a = aspect(at, verticals(rings, chosen.near, seat), of, piece)
     outside = jnp.full_like(at.along, -jnp.inf)
     if rings.shapes.which:
-        outside = jnp.where(of.flat, outside, of_sensors(rings.shapes).function(at))
+        outside = jnp.where(of.flat, outside, of_sensors(rings.shapes).function(a.part))
     if occluding is not None and chosen.sight is not None:
         x, y, z = points.T[:, None, None]
-        outside = occluding.past(outside, chosen.near.sensor, apex, (x, y, z), chosen.sight)
-    missed = log_missed(per_frame(signal(at, outside, of, piece), of), of)
+        part = (x, y, z + a.step)
+        outside = occluding.past(outside, chosen.near.sensor, apex, part, chosen.sight)
+    missed = log_missed(per_frame(signal(a, outside, of, piece), of), of)
     return jnp.where(there(rings, chosen.near), missed, 0.0)
 
 
