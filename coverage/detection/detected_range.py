@@ -114,7 +114,7 @@ def along(of: Detectors, detection: Detection, distance: float) -> tuple[float, 
 
 
 def _detected_to(of: Detectors, detection: Detection, share: float) -> DetectedTo:
-    nearest = max(_NEAREST, float(of.least[0]))
+    nearest = max(_NEAREST, float(of.least[0])) * (1 + 1e-9)  # past rounding
     ends = []
     for i in range(2):
         low, high = nearest, _BOUND * float(of.reach[0]) + nearest

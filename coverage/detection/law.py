@@ -103,7 +103,7 @@ def view(outside: Any, width: Lit) -> Any:
 
 def strength(a: Aspect, of: Detectors, piece: Extent) -> Any:
     """Return the signal of a test piece of which nothing is hidden; 0 nearer than the least
-    distance.
+    distance, and where it encloses the sensor.
 
     Args:
         a: how it stands in the beams.
@@ -113,7 +113,7 @@ def strength(a: Aspect, of: Detectors, piece: Extent) -> Any:
     xp = namespace(a.part.along)
     away = nearest(a, piece)
     s = fill(a, of) * (xp.maximum(of.reach, 0.0) / xp.maximum(away, NIL)) ** 2
-    return xp.where(away >= of.least, s, 0.0)
+    return xp.where((away >= of.least) & (away > 0), s, 0.0)
 
 
 def signal(a: Aspect, outside: Any, of: Detectors, piece: Extent) -> Any:

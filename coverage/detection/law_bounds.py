@@ -61,7 +61,7 @@ def ends(
     full = np.maximum(of.reach, 0.0)
     first, last = lit(near, a.cross, of, piece), lit(far, a.cross, of, piece)
     return Ends(
-        np.where(nearest >= of.least, least * (full / np.maximum(farthest, NIL)) ** 2, 0.0),
+        np.where((nearest >= of.least) & (nearest > 0), least * (full / np.maximum(farthest, NIL)) ** 2, 0.0),
         np.where(farthest >= of.least, most * (full / np.maximum(nearest, NIL)) ** 2, 0.0),
         reach + drift,
         Lit(first.within, last.zone),

@@ -164,10 +164,11 @@ class _Nearest:
     def _inside(self, part: np.ndarray, square: np.ndarray) -> np.ndarray:
         """Return which points lie in the endless outer cone, or a piece there may reach into it."""
         if self._detections is not None:
-            edge = part * self._tangent
-            edge += np.float32(self._detections.question.beyond)
+            beyond = np.float32(self._detections.question.beyond)
+            edge = np.maximum(part, 0) * self._tangent
+            edge += beyond
             within: np.ndarray = square <= part * part + edge * edge
-            within &= part > 0
+            within &= part > -beyond
             within &= square <= np.float32(self._detections.reach**2)
             return within
         if self._all:

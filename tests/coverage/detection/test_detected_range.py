@@ -33,7 +33,7 @@ def solve(function, low, high):
 
 
 def chance(figures, distance):
-    """Return the share of frames by the printed figures."""
+    """Return the share of frames by the printed figures, for a piece with its front there."""
     b, rate = figures["threshold"], figures["share of frames at that range"]
     z = solve(lambda z: rate + (1 - rate) * cumulative(-b) - cumulative(z), -9, 9)
     size = [figures["width of the piece"], figures["height of the piece"]]
@@ -43,15 +43,17 @@ def chance(figures, distance):
     else:  # a square as large as the disc
         half = [h * math.sqrt(math.pi) / 2 for h in half]
     zones = figures["zones in a row"], figures["rows of zones"]
-    s = (figures["R"] / distance) ** 2 / (1 + sum(offset(half, zones)))
+    depth = distance + size[0] / 2
+    aside = [max(t * depth - w / 2, 0.0) for t, w in zip(offset(half, zones), size, strict=True)]
+    s = figures["R"] ** 2 / (distance**2 + sum(a * a for a in aside))
     for w, h, n in zip(size, half, zones, strict=True):
-        s *= min(1.0, w / distance * n / (2 * h))
+        s *= min(1.0, w / depth * n / (2 * h))
     return 1 - cumulative(b - s * (b + z)) / cumulative(b)
 
 
 def offset(half, zones):
-    """Return the squared tangents of the middle of the zone nearest to the axis."""
-    return [(h / n) ** 2 if n % 2 == 0 else 0.0 for h, n in zip(half, zones, strict=True)]
+    """Return the tangents of the middle of the zone nearest to the axis."""
+    return [h / n if n % 2 == 0 else 0.0 for h, n in zip(half, zones, strict=True)]
 
 
 @pytest.mark.parametrize("reflectance", [0.018, 0.17, 0.88])

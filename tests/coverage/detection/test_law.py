@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from place_rings.coverage.detection.aspect import LEVEL, Extent, Vertical, aspect
 from place_rings.coverage.detection.detection import RATES, THRESHOLDS, Detection, bounds, detectors
 from place_rings.coverage.detection.law import (
-    Extent,
     at_least,
     in_time,
     overlap,
@@ -33,27 +33,49 @@ tangents = st.floats(-1.2, 1.2)
 factors = st.floats(1.0, 3.0)
 
 
-def p(sensor, depth, u=0.0, v=0.0, size=(0.1, 0.2), outside=-1.0, of=None, **question):
-    """Return the probability of one frame at one place of a sensor's frame."""
+def p(sensor, depth, u=0.0, v=0.0, size=(0.1, 0.2), outside=-1.0, up=LEVEL, of=None, **question):
+    """Return the probability of one frame at one place of a sensor's frame, for a piece whose front
+    is at a depth."""
     of = detectors([sensor], Detection(**question)) if of is None else of
-    at = InBeam(*(np.array([x]) for x in (depth, u * depth, v * depth)))
-    return float(per_frame(signal(at, np.array([outside]), of, Extent(*size)), of)[0])
+    axis = depth + size[0] / 2
+    at = InBeam(*(np.array([x]) for x in (axis, u * axis, v * axis)))
+    seen = aspect(at, up, of, Extent(*size))
+    return float(per_frame(signal(seen, np.array([outside]), of, Extent(*size)), of)[0])
 
 
-@given(sensors, st.floats(0.02, 20), tangents, tangents, sizes, sizes, shares, factors)
-def test_monotone_in_distance_size_reflectance_and_view(s, d, u, v, wide, high, rho, k):
+@st.composite
+def verticals(draw):
+    v = np.array(draw(st.tuples(*[st.floats(-1, 1)] * 3)))
+    length = np.linalg.norm(v)
+    return Vertical(*(v / length)) if length > 1e-3 else LEVEL
+
+
+@given(sensors, st.floats(0.02, 20), tangents, tangents, sizes, sizes, shares, factors, verticals())
+def test_monotone_in_width_reflectance_view_and_cross_talk(s, d, u, v, wide, high, rho, k, up):
     d, size = max(d, 1.5 * (s.near_m or 0.0), 0.6), (wide, high)  # beyond every least distance
-    here = p(s, d, u, v, size, -0.01, reflectance=rho)
-    whole = p(s, d, u, v, size, -9.0, reflectance=rho)
+    d += wide * k + high
+
+    def at(size=size, outside=-0.01, **more):
+        return p(s, d - size[0] / 2, u, v, size, outside, up, **more)  # the centre stays
+
+    here, whole = at(reflectance=rho), at(outside=-9.0, reflectance=rho)
     assert 0 <= here <= whole <= 1
-    assert p(s, d * k, u, v, size, -0.01, reflectance=rho) <= here + 1e-12
-    assert p(s, d, u, v, (wide * k, high), -9.0, reflectance=rho) >= whole - 1e-12
+    assert at((wide * k, high), -9.0, reflectance=rho) >= whole - 1e-12
+    assert at(reflectance=min(rho * k, 1.0)) >= here - 1e-12
+    assert at(outside=0.0, reflectance=rho) <= here + 1e-12
+    assert at(reflectance=rho, crosstalk=0.1) <= here + 1e-12
+    assert at(outside=wide + high) == 0
+
+
+@given(sensors, st.floats(0.6, 20), tangents, tangents, sizes, sizes, shares, factors)
+def test_monotone_in_distance_and_height_of_what_stands_before_a_level_sensor(
+    s, d, u, v, wide, high, rho, k
+):
+    d += wide
+    whole = p(s, d, u, v, (wide, high), -9.0, reflectance=rho)
     assert p(s, d, u, v, (wide, high * k), -9.0, reflectance=rho) >= whole - 1e-12
-    assert p(s, d, u, v, size, -0.01, reflectance=min(rho * k, 1.0)) >= here - 1e-12
-    assert p(s, d, u, v, size, 0.0, reflectance=rho) <= here + 1e-12
-    assert p(s, d, u, v, size, -0.01, reflectance=rho, crosstalk=0.1) <= here + 1e-12
-    assert p(s, -d, size=size) == 0 or not s.form.ends_flat
-    assert p(s, d, size=size, outside=wide + high) == 0
+    assert p(s, d * k, u, v, (wide, high), -9.0, reflectance=rho) <= whole + 1e-12
+    assert p(s, -d, size=(wide, high)) == 0 or not s.form.ends_flat
 
 
 @given(st.sampled_from(ALL), st.floats(0.6, 10), shares)
@@ -66,10 +88,11 @@ def test_monotone_in_light(s, d, rho):
 @pytest.mark.parametrize("s", ALL, ids=MODELS)
 def test_meets_the_stated_rate_at_the_stated_range_and_target(s):
     model = MODELS[s.use.name]
-    rate = model.detection_rate or 0.9
+    rate, of = model.detection_rate or 0.9, detectors([s], Detection())
     for r in model.ranges:
         d = max(r.range_m, model.least_m or 0.0)
-        got = p(s, d, size=(99, 99), outside=-99.0, ambient=r.ambient, reflectance=r.reflectance)
+        u, v = np.where(of.zones[0] % 2 == 0, of.edge[0] / of.zones[0], 0.0)
+        got = p(s, d, u, v, size=(99, 99), outside=-99.0, ambient=r.ambient, reflectance=r.reflectance)
         assert got == pytest.approx(rate, abs=1e-9) if d == r.range_m else got >= rate
 
 
@@ -121,7 +144,8 @@ def test_numpy_and_jax_agree_with_finite_gradients_everywhere():
 
     def chance(at, of):
         place = InBeam(*(at[..., None, i] for i in range(3)))
-        s = signal(place, place.away * 0 - 0.01, of, question.extent)
+        seen = aspect(place, Vertical(*np.array([0.6, 0.0, 0.8])), of, question.extent)
+        s = signal(seen, place.away * 0 - 0.01, of, question.extent)
         return in_time(per_frame(s, of), of)
 
     with jax.enable_x64(True):
