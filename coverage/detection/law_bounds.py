@@ -60,9 +60,11 @@ def ends(
     nearest, farthest = _distance(a, depths, piece, reach)
     full = np.maximum(of.reach, 0.0)
     first, last = lit(near, a.cross, of, piece), lit(far, a.cross, of, piece)
+    low = least * (full / np.maximum(farthest, NIL)) ** 2
+    high = most * (full / np.maximum(nearest, NIL)) ** 2
     return Ends(
-        np.where((nearest >= of.least) & (nearest > 0), least * (full / np.maximum(farthest, NIL)) ** 2, 0.0),
-        np.where(farthest >= of.least, most * (full / np.maximum(nearest, NIL)) ** 2, 0.0),
+        np.where((nearest >= of.least) & (nearest > 0), low, 0.0),
+        np.where(farthest >= of.least, high, 0.0),
         reach + drift,
         Lit(first.within, last.zone),
         Lit(last.within, first.zone),

@@ -90,14 +90,17 @@ class SensorDetections:
             return 0.0
         return float(self.of.reach[0] / np.sqrt(least)) + self.question.beyond
 
-    def counts(self, at: InBeam, up: Vertical) -> UInt8[np.ndarray, "*shape"]:
+    def counts(
+        self, at: InBeam, up: Vertical
+    ) -> tuple[UInt8[np.ndarray, "*shape"], Float[np.ndarray, "*shape"]]:
         """Return the integers at places of the piece's centre, without occlusion, by the vertical
-        there."""
+        there; and how far above the centre the part lies that is to be in sight, m."""
         extent = self.question.detection.extent
-        s = strength(aspect(at, up, self.of, extent), self.of, extent)
+        seen = aspect(at, up, self.of, extent)
+        s = strength(seen, self.of, extent)
         index = np.minimum(s * _FINE, len(self.table) - 1).astype(np.int32)
         counts: np.ndarray = self.table[index]
-        return counts
+        return counts, seen.step
 
 
 @lru_cache(maxsize=64)

@@ -287,19 +287,19 @@ class _Tests:
             mounting = self._points.mounting.take(n)
             seat = np.moveaxis(self._errors.seat[mounting, number], -1, 0)
             along, across, up = seated(seat, along, across, up)
-        at, worth = InBeam(along, across, up), None
+        at, worth, raised = InBeam(along, across, up), None, None
         if self._detections is None:
             seen: np.ndarray = np.flatnonzero(self._sensor.holds(at))
         else:
-            counts = self._detections.counts(at, self._vertical(k, n, number))
+            counts, step = self._detections.counts(at, self._vertical(k, n, number))
             seen = np.flatnonzero(counts)
-            worth = counts[seen]
+            worth, raised = counts[seen], step[seen]
         if self._past is not None:
             if self._errors is not None:
                 mounting = self._points.mounting.take(n.take(seen))
             places, sensors = self._shape
             which = (mounting * places + k.take(seen)) * sensors + number.take(seen)
-            clear = self._past.clear(which, self._points, n.take(seen))
+            clear = self._past.clear(which, self._points, n.take(seen), raised)
             seen, worth = seen[clear], None if worth is None else worth[clear]
         return seen, worth
 

@@ -20,8 +20,6 @@ class Eye:
     """Apex, m."""
     frame: Float[np.ndarray, "3 3"]
     """Axes in columns: across, up, and the axis of the beam."""
-    square: bool
-    """Whether its beam is a pyramid."""
     rays: LightRays
     """Its rays."""
     direction: Float[np.ndarray, "R 3"]
@@ -33,7 +31,7 @@ class Eye:
         self, world: TwinWorld, groups: Sequence[int], reach: float, least: float
     ) -> Float[np.ndarray, " Z"]:
         """Return the light that returns from bodies into each zone, over that of a target at the
-        range R that fills the zone.
+        range R that fills the zone; none into a sensor that is inside a body.
 
         Args:
             world: the world.
@@ -41,6 +39,10 @@ class Eye:
             reach: the range R, m.
             least: distance below which the sensor reports nothing that helps, m.
         """
+        axis = self.frame[:, 2]
+        ahead, behind = world.cast(self.apex, np.stack([axis, -axis]), groups).geom
+        if ahead >= 0 and ahead == behind:
+            return np.zeros(self.rays.zones)
         distance = world.cast(self.apex, self.direction, groups).distance
         seen = (distance < self.blocked) & (distance >= least)
         light = np.where(seen, (reach / np.maximum(distance, 1e-9)) ** 2, 0.0)
@@ -66,4 +68,4 @@ def eye_of(
     blocked = world.cast(apex, direction, groups).distance
     if blind and rays.zones == 1 and blocked.min() < unit.range_m:
         blocked = np.full_like(blocked, blocked.min())
-    return Eye(apex, frame, unit.square, rays, direction, blocked)
+    return Eye(apex, frame, rays, direction, blocked)

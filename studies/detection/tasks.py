@@ -17,8 +17,8 @@ from ...simulation.human import PEDESTAL, bones
 from ...simulation.walk import walk
 from ..engine.runner import register
 from ..engine.scenes import Rings, Sensors, ring_keys, scene_from, setup_from
-from .trials import person_bodies, piece_bodies, trial, walker
-from .twin import Seen, Twin
+from .trials import person_bodies, piece_body, trial, walker
+from .twin import Twin
 
 BINS = 10
 """Bins of equal width of the probability that the law predicts at a place."""
@@ -67,10 +67,10 @@ def trials(
     """Predict ζ of detection, and let the twin see the piece at random places of the target.
 
     Returns:
-        The prediction and the largest sampling error of its count, in percent; for both bodies of
-        the twin how often enough sensors reported the piece, and the means of its probabilities in
-        percent; and by the law's probability at a place, in bins: the number of places, the sum of
-        the probabilities, and the reports.
+        The prediction and the largest sampling error of its count, in percent; how often enough
+        sensors of the twin reported the piece, and the means of its probabilities in percent; and
+        by the law's probability at a place, in bins: the number of places, the sum of the
+        probabilities, and the reports.
     """
     verifier, detection = _verifier(json.dumps(scene, sort_keys=True)), detection_of(**question)
     where = verifier.scene
@@ -79,28 +79,19 @@ def trials(
     rng = np.random.default_rng(seed)
     points = where.sample(volume, 0, _SOBOL * places, seed)
     points = points[rng.choice(len(points), places, replace=False)]
-    twin = Twin(where, rings, detection, piece_bodies(detection.piece), seed)
+    twin = Twin(where, rings, detection, [piece_body(detection.piece)], seed)
     seen = [trial(twin, detection.piece, point) for point in points]
     law = noticed_in(where, rings, 0, detection).at(points)
-    bodies = {"plate": [t.plate for t in seen], "upright": [t.upright for t in seen]}
     bin_of = np.minimum((law * BINS).astype(int), BINS - 1)
-    each = [np.ones(places), law]
-    each += [np.array([s.noticed for s in results]) for results in bodies.values()]
-    bins = [np.bincount(bin_of, values, BINS).round(6).tolist() for values in each]
+    each = np.ones(places), law, np.array([s.noticed for s in seen])
     return {
         "predicted_percent": 100 * predicted.zeta,
         "error_percent": 100 * (predicted.error or 0.0),
         "places": places,
-        **{name: _summary(results) for name, results in bodies.items()},
-        "bins": bins,
-    }
-
-
-def _summary(results: list[Seen]) -> dict[str, Any]:
-    return {
-        "noticed": sum(seen.noticed for seen in results),
-        "best_percent": 100 * float(np.mean([seen.best for seen in results])),
-        "any_percent": 100 * float(np.mean([seen.any for seen in results])),
+        "noticed": sum(s.noticed for s in seen),
+        "best_percent": 100 * float(np.mean([s.best for s in seen])),
+        "any_percent": 100 * float(np.mean([s.any for s in seen])),
+        "bins": [np.bincount(bin_of, values, BINS).round(6).tolist() for values in each],
     }
 
 

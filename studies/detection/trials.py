@@ -1,7 +1,6 @@
 """Trials of the twin: test pieces at places, and people on walks."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -10,41 +9,20 @@ from ...coverage.detection.pieces import TestPiece
 from ...simulation.human import Bones
 from ...simulation.twin.bodies import axes_along
 from ...simulation.twin.world import TwinBody
-from .twin import Seen, Twin, facing
-
-PLATE, UPRIGHT = 0, 1
-_THIN = 5e-4  # m, half the thickness of a plate
+from .twin import Seen, Twin
 
 
-class PieceSeen(NamedTuple):
-    """What the twin makes of a test piece at a place."""
-
-    plate: Seen
-    """For each sensor a plate that faces it, the silhouette that the law assumes."""
-    upright: Seen
-    """One upright cylinder for all sensors."""
-
-
-def piece_bodies(piece: TestPiece) -> tuple[TwinBody, TwinBody]:
-    """Return the two bodies that stand for a test piece."""
-    width, height = piece.width_m / 2, piece.height_m / 2
-    return TwinBody("box", (width, height, _THIN), PLATE), TwinBody(
-        "cylinder", (width, height), UPRIGHT
-    )
-
-
-def trial(twin: Twin, piece: TestPiece, centre: Float[np.ndarray, " 3"]) -> PieceSeen:
-    """Return what a twin with the piece's bodies makes of it at a place, m."""
-    near = twin.near(centre, math.hypot(piece.width_m, piece.height_m) / 2)
-    plates = []
-    for k in near:
-        slim = piece.width_m <= piece.height_m
-        twin.world.put(PLATE, centre, facing(twin.eyes[k], centre, slim))
-        twin.world.place()
-        plates.append((k, twin.light(k, PLATE)))
-    twin.world.put(UPRIGHT, centre, np.eye(3))
+def trial(twin: Twin, piece: TestPiece, centre: Float[np.ndarray, " 3"]) -> Seen:
+    """Return what a twin with the piece's body makes of it at a place, m."""
+    twin.world.put(0, centre, np.eye(3))
     twin.world.place()
-    return PieceSeen(twin.seen(plates), twin.seen([(k, twin.light(k, UPRIGHT)) for k in near]))
+    near = twin.near(centre, math.hypot(piece.width_m, piece.height_m) / 2)
+    return twin.seen([(k, twin.light(k)) for k in near])
+
+
+def piece_body(piece: TestPiece) -> TwinBody:
+    """Return the upright body that stands for a test piece."""
+    return TwinBody("cylinder", (piece.width_m / 2, piece.height_m / 2))
 
 
 def person_bodies(bones: Bones) -> list[TwinBody]:

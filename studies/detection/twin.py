@@ -110,25 +110,6 @@ class Twin:
         return Seen(noticed >= k, _tail(best, k), _tail(several, k))
 
 
-def facing(eye: Eye, centre: Float[np.ndarray, " 3"], slim: bool) -> Float[np.ndarray, "3 3"]:
-    """Return the axes of a plate that faces a sensor, as the law has it: level with the sides of a
-    square beam; of a round one, with its smaller side towards the axis.
-
-    Args:
-        eye: the sensor.
-        centre: centre of the plate, m.
-        slim: whether the plate's x is its smaller side.
-    """
-    across, _, axis = eye.frame.T
-    if eye.square:
-        return eye.frame
-    v = centre - eye.apex
-    out = v - (v @ axis) * axis
-    out = out / np.linalg.norm(out) if np.linalg.norm(out) > 1e-9 else across
-    side = np.cross(axis, out)
-    return np.stack([out, side, axis] if slim else [-side, out, axis], axis=1)
-
-
 def _tail(chances: Sequence[float], k: int) -> float:
     """Return the probability that at least ``k`` of independent events happen."""
     count = np.ones(1)

@@ -102,8 +102,8 @@ def hiding(scene, cones, k, bodies):
 
 
 def unhidden(v, up, piece, of):
-    """The signal of a piece at ``v`` in the frame of a beam, of which nothing is hidden; the part of
-    its axis that is nearest to the beam's; and its width in the beam and in a zone, m."""
+    """The signal of a piece at ``v`` in a beam's frame, of which nothing is hidden; the part of its
+    axis that is nearest to the beam's; and its width in the beam and in a zone, m."""
     r, half = piece.width_m / 2, piece.height_m / 2
     weights = np.array([1.0, 1.0, SLANT])
     t = minimize_scalar(

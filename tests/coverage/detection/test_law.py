@@ -92,7 +92,9 @@ def test_meets_the_stated_rate_at_the_stated_range_and_target(s):
     for r in model.ranges:
         d = max(r.range_m, model.least_m or 0.0)
         u, v = np.where(of.zones[0] % 2 == 0, of.edge[0] / of.zones[0], 0.0)
-        got = p(s, d, u, v, size=(99, 99), outside=-99.0, ambient=r.ambient, reflectance=r.reflectance)
+        got = p(
+            s, d, u, v, size=(99, 99), outside=-99.0, ambient=r.ambient, reflectance=r.reflectance
+        )
         assert got == pytest.approx(rate, abs=1e-9) if d == r.range_m else got >= rate
 
 
