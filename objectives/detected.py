@@ -52,6 +52,8 @@ class Detected:
     """Zeta with the least favourable of the law's assumptions."""
     assumed_high: Annotated[float, Covered("assumed_high_percent")] | None = None
     """Zeta with the most favourable of the law's assumptions."""
+    law_error: Annotated[float, Covered("law_error_points")] = 0.0
+    """Error of the law itself: it held 95 % of the questions of a study against rays in MuJoCo."""
     cell: Metres | None = None
     """Side of the cells of a guaranteed interval, m."""
     poses: Items[PoseDetected] = ()

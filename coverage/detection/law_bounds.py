@@ -50,10 +50,11 @@ def ends(
         reach: radius of the balls, m.
     """
     step, slope = step_to_axis(at, up)
-    low, high = (np.clip(step + s * reach * slope, -piece.height / 2, piece.height / 2)
-                 for s in (-1, 1))  # fmt: skip
-    drift = np.maximum(high - a.step, a.step - low)
-    rise = np.minimum(low * up.along, high * up.along), np.maximum(low * up.along, high * up.along)
+    down, above = (
+        np.clip(step + s * reach * slope, -piece.height / 2, piece.height / 2) for s in (-1, 1)
+    )
+    drift = np.maximum(above - a.step, a.step - down)
+    rise = [f(down * up.along, above * up.along) for f in (np.minimum, np.maximum)]
     depths = at.along - reach + rise[0], at.along + reach + rise[1]
     near, far = (np.maximum(d, NIL) for d in depths)
     least, most = _fill(a, depths, of, reach, drift)

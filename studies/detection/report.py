@@ -8,19 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy import stats
 
+from ...objectives.detection_share import LAW_ERROR
 from ...reporting.pages import csv_text, table
 from ...reporting.plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
 from ..engine.pages import page
-from .study import ASKED, CALIBRATED, Prediction
+from .study import ASKED, CALIBRATED, WALKER, Prediction
 
-BODIES = ("plate", "upright")
-_TITLES = {
-    "plate": "plates that face the sensor",
-    "upright": "upright bodies",
-    "walker": "walking people",
-}
 _RESAMPLED, _LEVEL = 2000, 0.01
-_PAIRS = (*((piece, "upright") for piece in ASKED), ("person", "walker"))
+_PIECES = (*ASKED, WALKER)
 
 
 def write(rows: Sequence[Prediction], folder: Path) -> dict[str, str]:
@@ -31,45 +26,52 @@ def write(rows: Sequence[Prediction], folder: Path) -> dict[str, str]:
 
 
 def _record(row: Prediction) -> dict[str, object]:
-    bodies = ("plate", "upright", "walker")
     return (
         {"layout": row.layout, "kind": row.kind, "asked": row.asked}
         | dict(row.question)
         | {"zeta_percent": round(row.zeta_percent, 3)}
-        | {"predicted_percent": round(row.predicted_percent, 3), "trials": row.trials}
-        | {f"{body}_noticed": row.noticed.get(body, "") for body in bodies}
+        | {"predicted_percent": round(row.predicted_percent, 3), "law_error_points": row.law_error}
+        | {"trials": row.trials, "noticed": row.noticed}
         | {
-            f"{body}_{how}_percent": round(row.means[f"{body}_{how}"], 3) if row.means else ""
-            for body in BODIES
+            f"{how}_percent": round(row.means[how], 3) if row.means else ""
             for how in ("best", "any")
         }
     )
 
 
-def calibrated(rows: Sequence[Prediction], body: str) -> tuple[int, int, float]:
+def calibrated(rows: Sequence[Prediction], stated: bool = True) -> tuple[int, int, float]:
     """Return how many of the drawn predictions an interval of the twin's frequency holds, how many
-    were drawn, and the chance of no more at a true rate of 95 %."""
-    trials = [row for row in rows if body in row.noticed]
+    were drawn, and the chance of no more at a true rate of 95 %.
+
+    Args:
+        rows: the predictions.
+        stated: whether the interval includes the law's stated error.
+    """
+    trials = [row for row in rows if row.means]
     rng = np.random.default_rng(0)
     drawn = rng.choice(len(trials), min(CALIBRATED, len(trials)), replace=False)
-    held = sum(trials[i].holds(body) for i in drawn)
+    held = sum(trials[i].holds(trials[i].law_error if stated else 0.0) for i in drawn)
     return held, len(drawn), float(stats.binomtest(held, len(drawn), 0.95, "less").pvalue)
 
 
-def _asked(rows: Sequence[Prediction], piece: str, body: str) -> list[Prediction]:
+def _asked(rows: Sequence[Prediction], piece: str) -> list[Prediction]:
     """Return what all layouts answer about a piece or a walking person."""
-    wanted = "walk" if body == "walker" else "all"
+    wanted = "walk" if piece == WALKER else "all"
     return [row for row in rows if row.asked == wanted and row.question["piece"] == piece]
 
 
 Columns = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def _columns(rows: Sequence[Prediction], body: str) -> Columns:
+def _columns(rows: Sequence[Prediction]) -> Columns:
     """Return ζ, ζ of detection and the measured frequency, in percent."""
-    three = [(row.zeta_percent, row.predicted_percent, row.frequency(body)) for row in rows]
+    three = [(row.zeta_percent, row.predicted_percent, row.frequency) for row in rows]
     zeta, predicted, frequency = np.array(three, float).T
     return zeta, predicted, frequency
+
+
+def _title(piece: str) -> str:
+    return f"{piece}, walking" if piece == WALKER else f"{piece}, {100 * ASKED[piece]:.3g} %"
 
 
 def rank(x: np.ndarray, y: np.ndarray) -> float:
@@ -103,12 +105,12 @@ def compared(
 def _page(rows: Sequence[Prediction]) -> str:
     trials = [row for row in rows if row.means]
     lines = []
-    for piece, body in _PAIRS:
-        columns = _columns(_asked(rows, piece, body), body)
+    for piece in _PIECES:
+        columns = _columns(_asked(rows, piece))
         ranks, errors = compared(columns, rank), compared(columns, _error)
         lines.append(
             [
-                f"{piece}, walking" if body == "walker" else f"{piece}, {100 * ASKED[piece]:.3g} %",
+                _title(piece),
                 f"{columns[2].mean():.1f}",
                 f"{ranks[0]:.2f}",
                 f"{ranks[1]:.2f}",
@@ -126,11 +128,13 @@ def _page(rows: Sequence[Prediction]) -> str:
         kinds=_kinds(rows),
         questions=len(trials),
         places=trials[0].trials,
-        calibration=table(("twin", "held", "of", "chance", "verdict"), _verdicts(rows)),
+        calibration=table(("interval", "held", "of", "chance", "verdict"), _verdicts(rows)),
         differences=table(*_differences(trials)),
         useful=table(heads, lines),
         walking=_walking(rows),
         level=f"{100 * _LEVEL:.0f}",
+        one=f"{100 * LAW_ERROR[0]:g}",
+        several=f"{100 * LAW_ERROR[1]:g}",
     )
 
 
@@ -142,69 +146,56 @@ def _kinds(rows: Sequence[Prediction]) -> str:
 
 def _verdicts(rows: Sequence[Prediction]) -> list[list[str]]:
     lines = []
-    for body in BODIES:
-        held, drawn, chance = calibrated(rows, body)
+    for name, stated in (("of the twin's count", False), ("with the law's stated error", True)):
+        held, drawn, chance = calibrated(rows, stated)
         verdict = "below 95 %" if chance < _LEVEL else "not below 95 %"
-        lines.append([_TITLES[body], f"{held}", f"{drawn}", f"{chance:.2g}", verdict])
+        lines.append([name, f"{held}", f"{drawn}", f"{chance:.2g}", verdict])
     return lines
 
 
 def _differences(rows: Sequence[Prediction]) -> tuple[list[str], list[list[str]]]:
-    """Return the mean of what the twin sees beyond the prediction, step by step, in points."""
-    heads = ["piece", "questions", "predicted", "the law's plate, best zone", "any zone",
-             "upright body, best zone", "any zone"]  # fmt: skip
+    """Return what the twin sees beyond the predictions, in points: means, and root mean squares."""
+    heads = ["piece", "questions", "predicted", "best zone", "any zone", "spread"]
     lines = []
     for piece in dict.fromkeys(row.question["piece"] for row in rows):
         some = [row for row in rows if row.question["piece"] == piece]
         steps = [
-            np.mean([row.means[f"{body}_{how}"] - row.predicted_percent for row in some])
-            for body in BODIES
+            np.array([row.means[how] - row.predicted_percent for row in some])
             for how in ("best", "any")
         ]
-        mean = np.mean([row.predicted_percent for row in some])
-        lines.append([piece, f"{len(some)}", f"{mean:.1f}", *(f"{step:+.1f}" for step in steps)])
+        mean, spread = np.mean([row.predicted_percent for row in some]), np.std(steps[1])
+        means = [f"{step.mean():+.1f}" for step in steps]
+        lines.append([piece, f"{len(some)}", f"{mean:.1f}", *means, f"{spread:.1f}"])
     return heads, lines
 
 
 def _walking(rows: Sequence[Prediction]) -> str:
-    _, predicted, frequency = _columns(_asked(rows, "person", "walker"), "walker")
+    _, predicted, frequency = _columns(_asked(rows, WALKER))
     return f"{predicted.mean():.1f} % predicted, {frequency.mean():.1f} % seen"
 
 
 def calibration_figure(rows: Sequence[Prediction], file: Path) -> None:
-    """Plot measured frequencies against predictions: of questions by the twin's body, and of places
-    by the law's probability there."""
-    figure = sheet(13.5, 4.6)
-    axes = figure.subplots(1, 3)
+    """Plot measured frequencies against predictions, of questions and of places by the law's
+    probability there."""
+    figure = sheet(9.6, 4.8)
+    left, right = figure.subplots(1, 2)
     trials = [row for row in rows if row.means]
-    for ax, body in zip(axes, BODIES, strict=False):
-        held, drawn, _ = calibrated(rows, body)
-        _diagonal(ax)
-        for row in trials:
-            low, high = row.interval(body)
-            colour = COLOURS[0] if row.holds(body) else COLOURS[1]
-            ax.plot([row.predicted_percent] * 2, [low, high], color=colour, lw=0.7, alpha=0.45)
-            ax.plot(row.predicted_percent, row.frequency(body), "o", color=colour, ms=2.8)
-        title = f"{_TITLES[body]}: {held} of {drawn} intervals hold"
-        plain(ax, title, "predicted ζ of detection, percent", "noticed by the twin, percent")
-    ax = axes[2]
-    _diagonal(ax)
+    held, drawn, _ = calibrated(rows)
+    for row in trials:
+        low, high = row.interval(row.law_error)
+        colour = COLOURS[0] if row.holds(row.law_error) else COLOURS[1]
+        left.plot([row.predicted_percent] * 2, [low, high], color=colour, lw=0.7, alpha=0.45)
+        left.plot(row.predicted_percent, row.frequency, "o", color=colour, ms=2.8)
+    noticed = "noticed by the twin, percent"
+    title = f"questions: {held} of {drawn} intervals hold"
+    plain(left, title, "predicted ζ of detection, percent", noticed)
     bins = np.sum([row.bins for row in trials], axis=0)
     filled = bins[0] > 0
-    for i, body in enumerate(BODIES):
-        share = 100 * bins[:, filled] / bins[0, filled]
-        ax.plot(
-            share[1],
-            share[2 + i],
-            "-",
-            marker=MARKERS[i],
-            color=COLOURS[2 + i],
-            ms=5,
-            lw=1.2,
-            label=_TITLES[body],
-        )
-    ax.legend(frameon=False, fontsize=9)
-    plain(ax, "single places", "probability by the law, percent", "noticed by the twin, percent")
+    share = 100 * bins[:, filled] / bins[0, filled]
+    right.plot(share[1], share[2], "-", marker=MARKERS[0], color=COLOURS[2], ms=5, lw=1.2)
+    plain(right, "single places", "probability by the law, percent", noticed)
+    _diagonal(left)
+    _diagonal(right)
     save(figure, file)
 
 
@@ -216,21 +207,19 @@ def _diagonal(ax: Axes) -> None:
 
 def ranking_figure(rows: Sequence[Prediction], file: Path) -> None:
     """Plot what the twin noticed of each layout against ζ and against ζ of detection."""
-    figure = sheet(2.6 * len(_PAIRS), 5.6)
-    axes = figure.subplots(2, len(_PAIRS), sharex=True, sharey=True)
-    for i, (piece, body) in enumerate(_PAIRS):
-        some = _asked(rows, piece, body)
-        zeta, predicted, frequency = _columns(some, body)
+    figure = sheet(2.6 * len(_PIECES), 5.6)
+    axes = figure.subplots(2, len(_PIECES), sharex=True, sharey=True)
+    for i, piece in enumerate(_PIECES):
+        zeta, predicted, frequency = _columns(_asked(rows, piece))
         for ax, x, colour in zip(axes[:, i], (zeta, predicted), COLOURS[1::-1], strict=True):
             _diagonal(ax)
             ax.plot(x, frequency, "o", color=colour, ms=4, alpha=0.75, mew=0)
             ax.annotate(
                 f"rank {rank(x, frequency):.2f}", (98, 4), ha="right", fontsize=9, color=INK
             )
-        title = "person, walking" if body == "walker" else f"{piece}, {100 * ASKED[piece]:.3g} %"
-        plain(axes[0, i], title, "", "noticed, percent" if i == 0 else "")
+        plain(axes[0, i], _title(piece), "", "noticed, percent" if i == 0 else "")
         plain(axes[1, i], "", "", "noticed, percent" if i == 0 else "")
-    middle = len(_PAIRS) // 2
+    middle = len(_PIECES) // 2
     axes[0, middle].set_xlabel("ζ of V_S(0.5), percent")
     axes[1, middle].set_xlabel("predicted ζ of detection, percent")
     save(figure, file)

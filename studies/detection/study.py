@@ -99,27 +99,32 @@ class Prediction:
     """Predicted share of places or moments."""
     trials: int
     """Number of places or moments."""
-    noticed: Mapping[str, int]
-    """Number of those noticed, by the twin's body: plate and upright, or walker."""
+    noticed: int
+    """Number of those noticed."""
+    law_error: float
+    """Stated error of the law: it should hold 95 % of the predictions, in points."""
     means: Mapping[str, float]
-    """Means of the twin's own probabilities in percent, by body and way to count zones; none for
+    """Means of the twin's own probabilities in percent, by the best zone and any; none for
     walks."""
     bins: tuple[tuple[float, ...], ...] = ()
-    """Places by the law's probability there: numbers, summed probabilities, and those noticed of
-    both bodies."""
+    """Places by the law's probability there: numbers, summed probabilities, and those noticed."""
 
-    def frequency(self, body: str) -> float:
-        """Return the measured share, in percent."""
-        return 100 * self.noticed[body] / self.trials
+    @property
+    def frequency(self) -> float:
+        """The measured share, in percent."""
+        return 100 * self.noticed / self.trials
 
-    def interval(self, body: str) -> tuple[float, float]:
-        """Return the 95 % interval of the measured share, in percent (Clopper and Pearson)."""
-        of = stats.binomtest(self.noticed[body], self.trials).proportion_ci(0.95, "exact")
-        return 100 * float(of.low), 100 * float(of.high)
+    def interval(self, law_error: float = 0.0) -> tuple[float, float]:
+        """Return the 95 % interval of the measured share, in percent: Clopper and Pearson's, with
+        an error of the law, in points, as an independent one."""
+        of = stats.binomtest(self.noticed, self.trials).proportion_ci(0.95, "exact")
+        f = self.frequency
+        low, high = (np.hypot(f - 100 * end, law_error) for end in (of.low, of.high))
+        return f - float(low), f + float(high)
 
-    def holds(self, body: str) -> bool:
-        """Return whether the interval holds the prediction."""
-        low, high = self.interval(body)
+    def holds(self, law_error: float = 0.0) -> bool:
+        """Return whether that interval holds the prediction."""
+        low, high = self.interval(law_error)
         return low - 1e-9 <= self.predicted_percent <= high + 1e-9
 
 
@@ -204,7 +209,6 @@ def measure(run: Measure, seed: int = 0) -> list[Prediction]:
     for (layout, how, question, occlusion, target), one in zip(
         asked, run("trying test pieces", cells), strict=True
     ):
-        bodies = ("plate", "upright")
         rows.append(
             Prediction(
                 layout.name,
@@ -214,8 +218,9 @@ def measure(run: Measure, seed: int = 0) -> list[Prediction]:
                 zetas[layout.name],
                 one["predicted_percent"],
                 one["places"],
-                {body: one[body]["noticed"] for body in bodies},
-                {f"{b}_{k}": one[b][f"{k}_percent"] for b in bodies for k in ("best", "any")},
+                one["noticed"],
+                one["law_error_points"],
+                {k: one[f"{k}_percent"] for k in ("best", "any")},
                 tuple(map(tuple, one["bins"])),
             )
         )
@@ -237,7 +242,8 @@ def _walks(
             zetas[layout.name],
             one["predicted_percent"],
             one["moments"],
-            {"walker": one["noticed"]},
+            one["noticed"],
+            one["law_error_points"],
             {},
         )
         for layout, one in zip(each, run("watching people walk", cells), strict=True)

@@ -13,7 +13,7 @@ from place_rings.coverage.sensors.effective_range import Use
 from place_rings.coverage.sensors.sensor import Sensor, effective
 from place_rings.simulation.twin.light_rays import ROUND, rays_of
 from place_rings.simulation.twin.world import TwinBody
-from place_rings.studies.detection.trials import piece_bodies, trial
+from place_rings.studies.detection.trials import piece_body, trial
 from place_rings.studies.detection.twin import Twin
 from place_rings.studies.engine.scenes import scene_from, setup_from
 from scipy.stats import norm
@@ -140,10 +140,16 @@ def test_two_of_two_sensors_must_see_where_two_are_needed():
 
 def test_a_piece_out_of_every_beam_is_never_noticed():
     piece = PIECES["hand"]
-    twin = one_sensor(L1X, piece_bodies(piece))
+    twin = one_sensor(L1X, [piece_body(piece)])
     there = trial(twin, piece, at(twin, -0.5))
-    assert not there.plate.noticed
-    assert there.plate.any == there.upright.any == 0
+    assert not there.noticed
+    assert there.any == 0
+
+
+def test_a_sensor_inside_a_piece_reports_nothing():
+    piece = PIECES["torso"]
+    twin = one_sensor(L5CX, [piece_body(piece)], piece="torso")
+    assert trial(twin, piece, at(twin, 0.1)).any == 0 < trial(twin, piece, at(twin, 0.4)).any
 
 
 def test_a_beam_without_a_flat_end_is_refused():
