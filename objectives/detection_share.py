@@ -59,10 +59,9 @@ def noticed_in(
     return noticed(cones, occluders(scene, q), scene.occlusion, of, detection)
 
 
-def law_error(scene: Scene, setup: Setup) -> float:
-    """Return the error of zeta of detection that comes from the law itself, as a share; see
-    ``LAW_ERROR``."""
-    return LAW_ERROR[any(group.sensor.zones > 1 for group in scene.with_cell(setup).groups)]
+def several_zones(scene: Scene, setup: Setup) -> bool:
+    """Return whether a sensor of a setup or the cell has several zones."""
+    return any(group.sensor.zones > 1 for group in scene.with_cell(setup).groups)
 
 
 @dataclass
@@ -227,7 +226,7 @@ def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detect
     return Detected(
         question=detection,
         **{key: _mean(poses, key) for key in _MEANS},
-        law_error=law_error(verifier.scene, setup),
+        law_error=LAW_ERROR[several_zones(verifier.scene, setup)],
         cell=(verifier.voxel or VOXEL) if verifier.rule == "certified" else None,
         poses=tuple(poses),
         seconds=time.perf_counter() - start,

@@ -16,10 +16,9 @@ _Line = Annotated[str, Field(max_length=1000)]
 
 @definition(kw_only=True)
 class TestPiece:
-    """An object that sensors should detect: its silhouette, seen from the sensor, and reflectance.
+    """An object that sensors should detect: an upright round body of one reflectance.
 
-    It stands upright, and its place is that of its centre. The silhouette is that of a round body:
-    it looks the same from all sides.
+    It is a cylinder about the vertical of the base frame, and its place is that of its centre.
     """
 
     __test__ = False  # no test of pytest's
@@ -34,11 +33,6 @@ class TestPiece:
     """Reflectance, as a share."""
     source: _Line = ""
     """Source of the figures."""
-
-    @property
-    def half(self) -> float:
-        """Half of the smaller side, m."""
-        return min(self.width_m, self.height_m) / 2
 
 
 _PIECES = (

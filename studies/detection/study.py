@@ -16,6 +16,7 @@ from ...coverage.sensors.catalogue import MODELS
 from ...coverage.targets.named import Near, Shell
 from ...coverage.targets.target import Target
 from ...formats.layouts.layout import read_layout
+from ...objectives.detection_share import LAW_ERROR
 from ..engine.scenes import Rings, Sensors, goal_keys, keys_of, setup_keys
 from ..engine.store import Cell, Measure
 from ..engine.tasks import zeta_cell
@@ -219,7 +220,7 @@ def measure(run: Measure, seed: int = 0) -> list[Prediction]:
                 one["predicted_percent"],
                 one["places"],
                 one["noticed"],
-                one["law_error_points"],
+                100 * LAW_ERROR[one["several_zones"]],
                 {k: one[f"{k}_percent"] for k in ("best", "any")},
                 tuple(map(tuple, one["bins"])),
             )
@@ -243,7 +244,7 @@ def _walks(
             one["predicted_percent"],
             one["moments"],
             one["noticed"],
-            one["law_error_points"],
+            100 * LAW_ERROR[one["several_zones"]],
             {},
         )
         for layout, one in zip(each, run("watching people walk", cells), strict=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...coverage.detection.detection import Detection
 from ...coverage.detection.pieces import PIECES
-from ...objectives.detection_share import at_pose, law_error, noticed_in
+from ...objectives.detection_share import at_pose, noticed_in, several_zones
 from ...objectives.verify import Verifier
 from ...placement.space.design import Space
 from ...placement.space.starts import fresh
@@ -87,7 +87,7 @@ def trials(
     return {
         "predicted_percent": 100 * predicted.zeta,
         "error_percent": 100 * (predicted.error or 0.0),
-        "law_error_points": 100 * law_error(where, rings),
+        "several_zones": several_zones(where, rings),
         "places": places,
         "noticed": sum(s.noticed for s in seen),
         "best_percent": 100 * float(np.mean([s.best for s in seen])),
@@ -127,6 +127,6 @@ def walks(
     return {
         "moments": len(sums),
         "predicted_percent": 100 * float(np.mean(sums)),
-        "law_error_points": 100 * law_error(where, rings),
+        "several_zones": several_zones(where, rings),
         "noticed": noticed,
     }
