@@ -35,7 +35,6 @@ _SECONDS = {
     "twin walk": 2.0,
 }
 _CALIBRATED = 0.033  # s, processor time of the calibration's count on that machine
-_TWIN = ("best_percent", "any_percent")  # of one of the twin's bodies
 _SURE = 0.05  # share of a study after which its own pace counts
 _CALIBRATION = Cell(
     "zeta",
@@ -113,10 +112,12 @@ def _example(cell: Cell, targets: list[tuple[Any, Any]]) -> Any:
         "unseen approach": [],
         "random rings": rings,
         "twin trials": {
-            **{body: {"noticed": 0} | dict.fromkeys(_TWIN, 0.0) for body in ("plate", "upright")},
-            **{"predicted_percent": 0.0, "places": 1, "bins": []},
+            **dict.fromkeys(("predicted_percent", "best_percent", "any_percent"), 0.0),
+            **{"places": 1, "noticed": 0, "several_zones": False, "bins": []},
         },
-        "twin walk": {"predicted_percent": 0.0, "moments": 1, "noticed": 0},
+        "twin walk": {
+            **{"predicted_percent": 0.0, "moments": 1, "noticed": 0, "several_zones": False}
+        },
     }[cell.work]
 
 
