@@ -66,10 +66,9 @@ class Aspect(NamedTuple):
     """Across the piece."""
     strip: Side
     """Along the piece."""
-    aside: Any
-    """Distance of that part from the axis across the piece, m."""
     lengthwise: Any
-    """That along the piece, m."""
+    """Distance of that part from the axis of the beam, along the piece, m; ``cross.centre`` is that
+    across it."""
     sine: Any
     """Sine of the angle between the piece and the axis of the beam: its length in the section."""
     steep: Any
@@ -120,7 +119,7 @@ def aspect(at: Place, up: Vertical, of: Detectors, piece: Extent) -> Aspect:
     radius, half = piece.width / 2, piece.height / 2
     step = xp.clip(step_to_axis(at, up)[0], -half, half)
     sine = root(up.across * up.across + up.up * up.up)
-    turned = of.round & (sine > NIL)
+    turned = of.round & of.flat & (sine > NIL)
     cos, sin = (xp.where(turned, v / xp.maximum(sine, NIL), w) for v, w in
                 ((up.up, 1.0), (up.across, 0.0)))  # fmt: skip
     x, y = at.across * cos - at.up * sin, at.across * sin + at.up * cos
@@ -138,7 +137,7 @@ def aspect(at: Place, up: Vertical, of: Detectors, piece: Extent) -> Aspect:
     middle = lengthwise - xp.where(steep < 0, -1.0, 1.0) * sine * step
     cross = Side(aside, radius * wider, edges[0], zones[0])
     strip = Side(middle, half * sine + radius * abs(up.along), edges[1], zones[1])
-    return Aspect(step, part, cross, strip, aside, lengthwise, sine, steep)
+    return Aspect(step, part, cross, strip, lengthwise, sine, steep)
 
 
 def nearest(a: Aspect, piece: Extent) -> Any:
@@ -149,9 +148,10 @@ def nearest(a: Aspect, piece: Extent) -> Any:
     """
     xp = namespace(a.part.along)
     depth = xp.maximum(a.part.along, NIL)
-    middle = zone_centre(a.aside / depth, a.cross.edge, a.cross.zones) * depth
-    beside = xp.maximum(abs(a.aside) - piece.width / 2, 0.0)
-    front = xp.maximum(a.part.along - bulge(a.aside - middle, a.sine, piece), 0.0)
+    aside = a.cross.centre
+    middle = zone_centre(aside / depth, a.cross.edge, a.cross.zones) * depth
+    beside = xp.maximum(abs(aside) - piece.width / 2, 0.0)
+    front = xp.maximum(a.part.along - bulge(aside - middle, a.sine, piece), 0.0)
     return root(beside * beside + a.lengthwise * a.lengthwise + front * front)
 
 

@@ -105,11 +105,12 @@ def _distance(a: Aspect, depths: tuple[Any, Any], piece: Extent, reach: Numbers)
     """Return bounds of ``aspect.nearest``. The distance of a tangent from the middle of the best
     zone is 1-Lipschitz."""
     near, far = (np.maximum(d, NIL) for d in depths)
-    (left, right), cross = _tangents(a.aside, reach, near, far), a.cross
+    cross = a.cross
+    left, right = _tangents(cross.centre, reach, near, far)
     t, slack = (left + right) / 2, (right - left) / 2
     off = abs(t - zone_centre(t, cross.edge, cross.zones))
     fronts = np.maximum(off - slack, 0.0) * near, (off + slack) * far
-    aside = np.maximum(abs(a.aside) - reach, 0.0), abs(a.aside) + reach
+    aside = np.maximum(abs(cross.centre) - reach, 0.0), abs(cross.centre) + reach
     along = np.maximum(abs(a.lengthwise) - reach, 0.0), abs(a.lengthwise) + reach
     each = []
     for i in range(2):
