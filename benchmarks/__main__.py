@@ -69,6 +69,10 @@ PARTS = {
         "Rig: margins of checks, and times to detection and standstill under faults",
         *(5, 60, "ten runs of each fault, alone and beside busy processes; 200 checks"),
     ),
+    "twin": Part(
+        "Twin in MuJoCo: speed beside rangefinders, and reported spheres beside ζ",
+        *(4, 12, "more spheres"),
+    ),
     "viewer": Part(
         "Viewer: accuracy of its estimates, and time to a new estimate and to the first picture",
         *(2, 5, "more events and visits"),
