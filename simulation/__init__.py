@@ -1,1 +1,1 @@
-"""Moving people and objects, minimum distances, and detection in time."""
+"""Moving people and objects, minimum distances, detection in time, and the twin in MuJoCo."""

@@ -30,9 +30,10 @@ def test_a_notebook_runs(path, tmp_path, monkeypatch):
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
     shown = [kind for output in outputs for kind in output.get("data", ())]
     assert not [output for output in outputs if output.output_type == "error"]
-    assert "text/html" in shown  # a result with its picture
     assert "image/png" in shown  # the plot
-    assert (folder / "proposal.toml").is_file()
+    if path.stem == "first_steps":
+        assert "text/html" in shown  # a result with its picture
+        assert (folder / "proposal.toml").is_file()
 
 
 def test_notebooks_are_stored_without_outputs():
