@@ -156,6 +156,22 @@ def test_a_users_meshes_stand_in_the_usd(tmp_path):
     assert {p.GetAttribute("purpose").Get() for p in guides} == {"guide"}
 
 
+def test_sensors_of_the_cell_stand_where_they_are_whatever_the_urdf_calls_its_base(tmp_path):
+    """A URDF may begin the arm elsewhere than the scene; MJCF, USD and SDF begin at the base."""
+    chain, shifted = ROBOTS["ur10"].chain, np.eye(4)
+    shifted[:3, 3] = 0.5, 0.2, -0.1
+    origin = np.concatenate([shifted[None] @ chain.origin[:1], chain.origin[1:]])
+    own = read_urdf(_saved(tmp_path, chain_text(replace(chain, origin=origin), "mine")))
+    camera = pr.MountedSensor("base", (0.3, 0.4, 0.5), (0.0, 1.0, 0.0))
+    scene = Scene.paper(robot=ROBOTS["ur10"], cell_sensors=(camera,))
+    placed = PlacedSetup(scene, Setup(()), 0, tmp_path, own)
+    for kind in ("usd", "sdf", "mjcf", "glb"):
+        for file, data in FORMATS[kind](placed).items():
+            (tmp_path / file).write_bytes(data)
+    for key, T in poses_in(tmp_path, placed).items():
+        np.testing.assert_allclose(T[:3, 3], camera.position, atol=CLOSE, err_msg=key)
+
+
 def _saved(folder, text):
     (folder / "mine.urdf").write_text(text)
     return folder / "mine.urdf"
