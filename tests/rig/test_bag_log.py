@@ -16,12 +16,12 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.formats.export.ros2_bag import POINTS, RosBag
 from place_rings.formats.sensors.sensor_frames import looking_along, sensor_frames
-from place_rings.rig.check.bag_log import write_bag, zone_points
-from place_rings.rig.rings.protocol import Frame, Status
-from place_rings.rig.rings.zones import Zones
+from place_rings.rig.check.bag_log import write_bag
+from place_rings.rig.rings.protocol import Status
 from place_rings.rig.session.gathering import Gathered
 from place_rings.rig.sources.ring_track import RingTrack
 from place_rings.rig.sources.ros_messages import DECODERS
+from place_rings.simulation.twin.ros_topics import zone_points
 from place_rings.simulation.twin.zone_grid import TURNS_DEG
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
@@ -150,9 +150,7 @@ def test_a_zone_is_where_its_sensor_looks(turn, mirrored, row, column):
     arrived = np.rot90(grid, -turn // 90)
     arrived = arrived[:, ::-1] if mirrored else arrived
     status = np.where(np.isnan(arrived), Status.NO_TARGET, Status.VALID)
-    zones = Zones.of(np.nan_to_num(arrived)[None, ..., None], status[None, ..., None])
-    frame = Frame(0.0, 0.0, 0, np.array([1.25]), np.array([0]), zones=zones)
-    points = zone_points(frame, 0, ring)
+    points = zone_points(np.nan_to_num(arrived), status, ring)
     (seen,) = np.argwhere(np.isfinite(points[..., 0]))
     assert np.isfinite(arrived[tuple(seen)])
     x, y, z = points[tuple(seen)]
