@@ -30,7 +30,8 @@ from pydantic import Field
 
 from .cube_region import CubeRegion
 from .definitions.definition import definition, refuse
-from .definitions.field_types import Coordinate, Items, Pair
+from .definitions.field_types import Coordinate, Items
+from .floor_areas import Polygon, in_areas
 from .solids.polyhedra import Polyhedron, crossed, largest
 from .solids.segments import point_to_segment
 
@@ -49,9 +50,6 @@ _STEPS = [
 LONGER = 1.0495  # the longest path along steps as a share of the straight distance
 
 
-_Polygon = Annotated[Items[Pair[Coordinate]], Field(min_length=3, max_length=1000)]
-
-
 @definition
 class Person:
     """Where people walk and how far they reach: what a target that is ``reachable = "person"`` is
@@ -66,7 +64,7 @@ class Person:
 
     floor: Coordinate | None = None
     """Height of the floor on which people stand, m; default: the highest floor of the obstacles."""
-    areas: Annotated[Items[_Polygon], Field(max_length=100)] = ()
+    areas: Annotated[Items[Polygon], Field(max_length=100)] = ()
     """Walkable areas, polygons of corners (x, y) m; the whole floor if there are none."""
     height: Annotated[float, Field(ge=0.5, le=2.5)] = 1.95
     """Stature of the tallest person, m."""
@@ -291,7 +289,8 @@ def statures(
         side: side of the squares that the places stand for, m; room half a diagonal away suffices.
     """
     half = side / 2**0.5
-    tall = np.where(_walkable(x, y, person.areas, half), person.height, 0.0)
+    walked = in_areas(x, y, person.areas, half) if person.areas else np.ones(len(x), bool)
+    tall = np.where(walked, person.height, 0.0)
     lowest = floor + min(STEP + person.radius, person.height - person.radius)
     top = floor + person.height - person.radius
     for z in np.linspace(lowest, top, 2 + int((top - lowest) / side)):
@@ -325,25 +324,4 @@ def _nearer(
     for a, b in body.edges:
         near |= point_to_segment(p, a, b) < least
     result[close] = near
-    return result
-
-
-def _walkable(
-    x: Float[np.ndarray, " N"],
-    y: Float[np.ndarray, " N"],
-    areas: Sequence[Sequence[Sequence[float]]],
-    near: float,
-) -> Bool[np.ndarray, " N"]:
-    """Return which places lie in an area or at most ``near`` m beside it."""
-    if not areas:
-        return np.ones(len(x), bool)
-    flat, result = np.stack([x, y, np.zeros(len(x))], axis=1), np.zeros(len(x), bool)
-    for area in areas:
-        odd = np.zeros(len(x), bool)
-        for (ax, ay), (bx, by) in zip(area, (*area[1:], area[0]), strict=True):
-            if ay != by:
-                odd ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / (by - ay) * (bx - ax))
-            a, b = np.array([ax, ay, 0.0]), np.array([bx, by, 0.0])
-            result |= point_to_segment(flat, a, b) <= near
-        result |= odd
     return result

@@ -14,12 +14,14 @@ from pydantic_core import core_schema
 
 from .arrays import Vector
 from .definitions.definition import definition, refuse
-from .definitions.field_types import Items, Metres, Point, Triple
+from .definitions.field_types import Coordinate, Items, Metres, Pair, Point, Triple
+from .floor_areas import Polygon, area_shares
 from .solids.volume_fraction import VolumeFraction
 
 LEVELS = 65_535  # weights are whole multiples of the largest over this
 MOST_CELLS = 200_000  # of a field
 _Row = Annotated[str, Field(max_length=4_000_000)]
+_PLAN_CELL = 0.05  # m, of a floor plan
 _SPAN = 4  # cells along an axis up to which the mean over a cube is computed
 
 
@@ -214,12 +216,13 @@ class WeightTable:
 
     The weights stand in a ``file``, or in ``rows``: each row holds the weights along x, the rows
     follow each other along y, and then layer by layer along z. Only their ratios count; they are
-    rounded to 1/65535 of the largest.
+    rounded to 1/65535 of the largest. Or ``areas`` of a floor plan between two ``heights`` have the
+    weight 1; cells of 5 cm or more at their edges have that of the share inside.
     """
 
-    origin: Point
+    origin: Point | None = None
     """Lower corner of the grid in the base frame, m."""
-    cell: Triple[Metres]
+    cell: Triple[Metres] | None = None
     """Sides of a cell along x, y, z, m."""
     outside: Annotated[float, Field(ge=0, le=1e9)] = 0.0
     """Weight outside the grid."""
@@ -229,16 +232,28 @@ class WeightTable:
     """Number of layers along z in the rows."""
     rows: Annotated[Items[_Row], Field(min_length=1, max_length=MOST_CELLS)] | None = None
     """Weights, row by row."""
+    areas: Annotated[Items[Polygon], Field(min_length=1, max_length=100)] | None = None
+    """Areas of a floor plan, polygons of corners (x, y) in the base frame, m."""
+    heights: Pair[Coordinate] | None = None
+    """Lower and upper height of the areas, m."""
 
     def __post_init__(self) -> None:
-        if (self.file is None) == (self.rows is None):
-            both = None if self.file is None else ["file", "rows"]
-            refuse([((), both, "either a file or rows")])
-        if self.rows is not None:
+        kinds = [key for key in ("file", "rows", "areas") if getattr(self, key) is not None]
+        if len(kinds) != 1:
+            refuse([((), kinds or None, "exactly one of file, rows and areas")])
+        plan = self.areas is not None
+        for key in ("origin", "cell"):
+            if (getattr(self, key) is None) != plan:
+                allowed = "none, as areas have their own grid" if plan else "that of the grid"
+                refuse([((key,), getattr(self, key), allowed)])
+        if plan != (self.heights is not None and self.heights[0] < self.heights[1]):
+            allowed = "a lower and an upper height" if plan else "none, only with areas"
+            refuse([(("heights",), self.heights, allowed)])
+        if self.file is None:
             try:
                 self.field()
             except ValueError as error:
-                refuse([(("rows",), self.rows, f"other rows: {error}")])
+                refuse([((kinds[0],), getattr(self, kinds[0]), f"other {kinds[0]}: {error}")])
 
     def field(self) -> WeightField:
         """Return the weight field.
@@ -246,8 +261,14 @@ class WeightTable:
         Raises:
             ValueError: if the rows form no grid of weights.
         """
-        if self.rows is None:
+        if self.areas is not None and self.heights is not None:
+            shares, low, sides = area_shares(self.areas, _PLAN_CELL, MOST_CELLS)
+            (bottom, top), outside = self.heights, self.outside
+            corner, cell = (*low, bottom), (*sides, top - bottom)
+            return WeightField.of(shares[..., None], corner, cell, outside)
+        if self.rows is None or self.origin is None or self.cell is None:
             refuse([(("file",), self.file, "rows, where no file is read")])
+            raise ValueError(self.file)
         weights = weights_of(self.rows or (), self.layers)
         return WeightField.of(weights, self.origin, self.cell, self.outside)
 
