@@ -145,7 +145,8 @@ def closed_mesh(
     """
     import trimesh  # slow to load
 
-    mesh = trimesh.util.concatenate(list(parts_in(where, path.name, data, patterns).values()))
+    parts = parts_in(where, path.name, data, patterns)
+    mesh: Any = trimesh.util.concatenate(list(parts.values()))
     mesh.merge_vertices()
     corners, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     corners = np.round(corners * scale @ T[:3, :3].T + T[:3, 3], _DIGITS)
