@@ -172,13 +172,12 @@ def _one(sensor: Sensor, detection: Detection, end: _Assumptions) -> Detectors:
     flat = sensor.form.ends_flat
     half = sensor.half_angle if flat else math.pi / 4
     edge = (math.tan(half), math.tan(sensor.half_angle_up)) if sensor.square else None
-    rows = model.rows if model is not None and model.zones == sensor.zones else sensor.zones
     offset = detection.crosstalk
     if offset is None:
         offset = 0.0 if model is None else model.crosstalk or 0.0
     of = Detectors(
         edge=np.array(edge or (equal_square(math.tan(half)),) * 2),
-        zones=np.array((float(sensor.zones), float(rows))),
+        zones=np.array((float(sensor.zones), float(sensor.rows))),
         round=np.array(not sensor.square),
         flat=np.array(flat),
         reach=np.array(reach(sensor, detection)),

@@ -101,12 +101,14 @@ COSTLY = ("coverage_fraction", "improve", "report")
 
 
 @pytest.mark.parametrize("name", [name for name in pr.__all__ if name not in COSTLY])
-def test_the_examples_of_docstrings_run(name):
+def test_the_examples_of_docstrings_run(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some write files
     run_examples(name)
 
 
 @pytest.mark.slow  # they compile and draw much
-def test_the_costly_examples_of_docstrings_run():
+def test_the_costly_examples_of_docstrings_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     for name in COSTLY:
         run_examples(name)
 
