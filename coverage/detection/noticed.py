@@ -217,7 +217,7 @@ def noticed(
     extent, r = detection.extent, detection.piece.width_m / 2
     faint = _faint(of)
     up = np.asarray(cones.sides(np.arange(len(cones)))[1])
-    farthest = _farthest(of, extent, faint) + extent.height / 2 * abs(cones.axis[:, 2])
+    farthest = _farthest(of, extent, faint) + extent.height / 2 * np.abs(cones.axis[:, 2])
     cones = replace(cones, range_m=np.where(of.flat, farthest, cones.range_m))
     # Seen from an apex outside a convex body K, what K hides meets a convex set that holds the apex
     # just if K does. That set holds the places from which the piece reaches into the beam, and all

@@ -47,11 +47,10 @@ def mount_points(
     axes = np.array([mount.zero, mount.side, mount.axis])
     there = (points - frame[:3, 3]) @ frame[:3, :3] - np.asarray(mount.start)
     x, y, z = axes @ there.T
-    each = [a.astype(np.float32) for a in (x, y, z, np.hypot(x, y), np.arctan2(y, x))]
-    vertical = np.tile((axes @ frame[2, :3]).astype(np.float32), (len(points), 1))
-    return MountPoints(
-        *each, vertical, *(np.full(len(points), i, np.int32) for i in (pose, mounting))
-    )
+    n, up = len(points), axes @ frame[2, :3]
+    each = [x, y, z, np.hypot(x, y), np.arctan2(y, x), np.tile(up, (n, 1))]
+    narrow = (a.astype(np.float32) for a in each)
+    return MountPoints(*narrow, *(np.full(n, i, np.int32) for i in (pose, mounting)))
 
 
 class RingErrors(NamedTuple):
