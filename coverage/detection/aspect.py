@@ -74,6 +74,8 @@ class Aspect(NamedTuple):
     steep: Any
     """Component of the vertical in the direction along the piece; of a beam that is turned with it
     as large as ``sine``."""
+    clear: Any
+    """Function of the place that is negative where the sensor is inside the piece, m."""
 
 
 def zone_centre(x: Any, edge: Any, zones: Any) -> Any:
@@ -137,7 +139,17 @@ def aspect(at: Place, up: Vertical, of: Detectors, piece: Extent) -> Aspect:
     middle = lengthwise - xp.where(steep < 0, -1.0, 1.0) * sine * step
     cross = Side(aside, radius * wider, edges[0], zones[0])
     strip = Side(middle, half * sine + radius * abs(up.along), edges[1], zones[1])
-    return Aspect(step, part, cross, strip, lengthwise, sine, steep)
+    clear = beyond_surface(at, up, piece)
+    return Aspect(step, part, cross, strip, lengthwise, sine, steep, clear)
+
+
+def beyond_surface(at: Place, up: Vertical, piece: Extent) -> Any:
+    """Return a 1-Lipschitz function of the place of a piece that is negative where the sensor is
+    inside it, m."""
+    xp = namespace(at.along)
+    height = at.along * up.along + at.across * up.across + at.up * up.up
+    level = root(at.away * at.away - height * height)
+    return xp.maximum(abs(height) - piece.height / 2, level - piece.width / 2)
 
 
 def nearest(a: Aspect, piece: Extent) -> Any:

@@ -113,7 +113,7 @@ def strength(a: Aspect, of: Detectors, piece: Extent) -> Any:
     xp = namespace(a.part.along)
     away = nearest(a, piece)
     s = fill(a, of) * (xp.maximum(of.reach, 0.0) / xp.maximum(away, NIL)) ** 2
-    return xp.where((away >= of.least) & (away > 0), s, 0.0)
+    return xp.where((away >= of.least) & (a.clear > 0), s, 0.0)
 
 
 def signal(a: Aspect, outside: Any, of: Detectors, piece: Extent) -> Any:

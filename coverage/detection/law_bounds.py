@@ -64,8 +64,8 @@ def ends(
     low = least * (full / np.maximum(farthest, NIL)) ** 2
     high = most * (full / np.maximum(nearest, NIL)) ** 2
     return Ends(
-        np.where((nearest >= of.least) & (nearest > 0), low, 0.0),
-        np.where(farthest >= of.least, high, 0.0),
+        np.where((nearest >= of.least) & (a.clear > reach), low, 0.0),
+        np.where((farthest >= of.least) & (a.clear > -reach), high, 0.0),
         reach + drift,
         Lit(first.within, last.zone),
         Lit(last.within, first.zone),

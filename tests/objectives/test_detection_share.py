@@ -137,7 +137,9 @@ def unhidden(v, up, piece, of):
     away = math.sqrt(max(abs(aside) - r, 0.0) ** 2 + lengthwise**2 + front**2)
     beam = 2 * edge[0] * part[2]
     cover = min(2 * r, beam), min(2 * r, beam, beam / zones[0])
-    if away < of.least or away == 0:
+    height = v @ up
+    inside = abs(height) < half and math.sqrt(v @ v - height**2) < r
+    if away < of.least or inside:
         return 0.0, part, cover
     return share * (of.reach / away) ** 2, part, cover
 
@@ -232,7 +234,6 @@ def test_in_the_limit_places_in_view_are_certain_and_others_impossible(drawn, oc
 LARGER = {
     "range": lambda s, d: (s.with_sensors(lambda x: replace(x, range_m=1.3 * x.range_m)), d),
     "reflectance": lambda s, d: (s, replace(d, piece=replace(d.piece, reflectance=0.9))),
-    "size": lambda s, d: (s, replace(d, piece=replace(d.piece, width_m=1.2 * d.piece.width_m))),
     "time": lambda s, d: (s, replace(d, seconds=2 * d.seconds)),
     "k": lambda s, d: (s, replace(d, at_least=d.at_least - 1)),
 }
@@ -247,14 +248,27 @@ LARGER = {
 )
 @settings(max_examples=30)
 def test_grows_with_each_of_its_causes(cause, name, k, occlusion, fov_deg):
-    if cause == "size":  # a shadow hides more of what is larger
-        occlusion = "ignore"
     sensors = [Sensor(math.radians(f), 1.0, None, math.radians(f / 2), 3) for f in fov_deg]
     scene, setup = scene_of(occlusion), setup_of(*sensors)
     detection = Detection(PIECES[name], at_least=k)
     more_setup, more = LARGER[cause](setup, detection)
     less, more = zeta(scene, setup, detection).zeta, zeta(scene, more_setup, more).zeta
     assert 0 <= less <= more + 18 * NEGLIGIBLE <= 1 + 18 * NEGLIGIBLE
+
+
+@given(
+    st.sampled_from(sorted(PIECES)), st.lists(st.integers(10, 60), min_size=2, max_size=3), SEEDS
+)
+@settings(max_examples=30)
+def test_grows_with_the_width_of_what_no_body_hides_and_no_sensor_is_in(name, fov_deg, seed):
+    sensors = [Sensor(math.radians(f), 1.0, None, math.radians(f / 2), 3) for f in fov_deg]
+    scene, setup, piece = scene_of("ignore"), setup_of(*sensors), PIECES[name]
+    wider = replace(piece, width_m=1.2 * piece.width_m)
+    less, more = (noticed_in(scene, setup, 0, Detection(p)) for p in (piece, wider))
+    points = np.random.default_rng(seed).uniform([0.1, -0.2, 0.1], [0.9, 0.4, 0.9], (300, 3))
+    aside = np.linalg.norm((points[:, None] - less.cones.apex)[..., :2], axis=-1)
+    points = points[(aside > 0.3).all(axis=1)]
+    assert (less.at(points) <= more.at(points) + 18 * NEGLIGIBLE).all()
 
 
 def test_falls_with_light_and_unknown_light_is_refused():
