@@ -15,6 +15,12 @@ from ..coverage.voxels.object_room import BALL, ObjectShape, TargetCells
 from .scene import Scene
 from .smallest_object import bodies_of, unseen_space
 
+KEYS = (
+    *("target", "pose", "x_m", "y_m", "z_m"),
+    *("sphere_low_mm", "sphere_high_mm", "rod_low_mm", "rod_high_mm"),
+)
+"""Keys of a record of the map."""
+
 
 @dataclass(frozen=True)
 class GapMap:
@@ -58,14 +64,13 @@ class GapMap:
         return np.asarray(self.grid.space.space.without(points) <= 0)
 
     def rows(self) -> Iterator[dict[str, object]]:
-        """Yield a record for each place of a lattice in the target: the place, and the bounds of
-        both diameters, rounded outward to tenths of mm."""
+        """Yield a record of ``KEYS`` for each place of a lattice in the target: the place, and the
+        bounds of both diameters, rounded outward to tenths of mm. A target thinner than the lattice
+        may have none."""
         points = places(self.grid)
         sphere, rod = self.diameters(points), self.diameters(points, self.rod)
-        for place, ball, upright in zip(points.tolist(), sphere.T, rod.T, strict=True):
-            keys = dict(zip(("x_m", "y_m", "z_m"), (round(x, 4) for x in place), strict=True))
-            row: dict[str, object] = {"target": str(self.target), "pose": self.pose, **keys}
-            for name, (low, high) in (("sphere", ball), ("rod", upright)):
-                row[f"{name}_low_mm"] = math.floor(1e4 * low) / 10
-                row[f"{name}_high_mm"] = math.ceil(1e4 * high) / 10
-            yield row
+        for place, *bounds in zip(points.tolist(), *sphere, *rod, strict=True):
+            values = [str(self.target), self.pose, *(round(x, 4) for x in place)]
+            for diameter, outward in zip(bounds, (math.floor, math.ceil) * 2, strict=True):
+                values.append(outward(1e4 * diameter) / 10)
+            yield dict(zip(KEYS, values, strict=True))

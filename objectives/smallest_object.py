@@ -90,8 +90,8 @@ def smallest_object(
         scene: the scene.
         setup: the setup.
         target: the target, of which ``largest_gap`` is decided.
-        side: side of the cells with which the work starts, m; smaller ones follow where they
-            matter.
+        side: side of the voxels of a count, m. The work starts with cells as large, but of 0.02 m
+            or more; smaller ones follow where they matter.
         rod_length: length of the rod, m.
         at: called with the index of each pose before it is examined.
 
@@ -100,10 +100,10 @@ def smallest_object(
     """
     start, spheres, rods = time.perf_counter(), list[ObjectBounds](), list[ObjectBounds]()
     limit = None if target.largest_gap is None else target.largest_gap / 2
-    side = min(side, rod_length / 2)
+    first = min(max(side, SIDE), rod_length / 2)
     for pose in range(len(scene.poses)):
         at(pose)
-        here = unseen_space(scene, setup, target, pose, side, rod_length)
+        here = unseen_space(scene, setup, target, pose, first, rod_length)
         ball = largest_object(here, BALL, WIDTH / 2, limit)
         rod = largest_object(here, ObjectShape(rod_length), WIDTH / 2)
         spheres.append(ObjectBounds.of(ball, pose))
@@ -133,13 +133,11 @@ def smallest_objects(
     states the largest gap; None for other goals.
 
     Args:
-        scene, setup, at: as in ``smallest_object``.
-        side: side of the voxels of a count, m; the work starts with no smaller cells than 0.02 m.
+        scene, setup, side, at: as in ``smallest_object``.
         options: whether all goals are examined, and the length of the rod.
     """
-    side, rod_length = max(side, SIDE), options.rod_length
     return tuple(
-        smallest_object(scene, setup, goal, side, rod_length, at)
+        smallest_object(scene, setup, goal, side, options.rod_length, at)
         if options.smallest_object or goal.largest_gap is not None
         else None
         for goal in scene.targets
@@ -150,8 +148,8 @@ def zone_rays(scene: Scene, setup: Setup, pose: int) -> Float[np.ndarray, "Z P 3
     """Return points m along the unoccluded part of each zone's centre ray, for Z zones and P places
     from the apex to the range; nan where the ray is occluded.
 
-    A square beam of n zones a row has n x n of them, equal in tangents; any other beam is one zone,
-    whose ray is its axis.
+    The zones of a square beam are equal in tangents; any other beam is one zone, whose ray is its
+    axis.
     """
     q, placed = scene.poses[pose].q, scene.with_cell(setup)
     cones = sensor_cones(scene.robot, placed, q)
@@ -159,12 +157,12 @@ def zone_rays(scene: Scene, setup: Setup, pose: int) -> Float[np.ndarray, "Z P 3
     rays = [np.zeros((0, _ALONG, 3))]
     part = (np.arange(_ALONG) + 0.5) / _ALONG
     for group, members in zip(placed.groups, placed.slices, strict=True):
-        zones = group.sensor.zones
-        row = (2 * np.arange(zones) + 1) / zones - 1
-        places = np.stack(np.meshgrid(row, row, indexing="ij"), -1).reshape(1, -1, 2)
+        sensor = group.sensor
+        middles = ((2 * np.arange(n) + 1) / n - 1 for n in (sensor.zones, sensor.rows))
+        places = np.stack(np.meshgrid(*middles, indexing="ij"), -1).reshape(1, -1, 2)
         for k in range(members.start, members.stop):
-            way = np.asarray(cones.axis)[[k]]  # (zones^2, 3)
-            if zones > 1:
+            way = np.asarray(cones.axis)[[k]]  # (zones, 3)
+            if sensor.zones > 1:
                 way = cones.ways(np.array([k]), places)[0]
             points = cones.out(k, np.asarray(cones.range_m)[k] * way[:, None] * part[:, None])
             flat = points.reshape(-1, 3)

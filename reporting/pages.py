@@ -88,10 +88,10 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], right: Collection
     return "\n".join(lines) + "\n"
 
 
-def csv_text(records: Sequence[Mapping[str, object]]) -> str:
-    """Return records with the same keys as CSV with a header."""
+def csv_text(records: Sequence[Mapping[str, object]], keys: Sequence[str] = ()) -> str:
+    """Return records with the same keys, by default those of the first, as CSV with a header."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
+    writer = csv.DictWriter(text, list(keys or records[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(records)
     return text.getvalue()

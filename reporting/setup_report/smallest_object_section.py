@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, Patch, Rectangle
 from ...coverage.robots.base_frame import frame_text
 from ...coverage.robots.kinematics import forward
 from ...coverage.voxels.object_room import BALL, ObjectShape
-from ...objectives.gap_map import GapMap
+from ...objectives.gap_map import KEYS, GapMap
 from ...objectives.object_bounds import ObjectBounds, SmallestObject
 from ...objectives.scene import Scene
 from ...objectives.smallest_object import SIDE
@@ -70,7 +70,7 @@ def gap_maps(f: Facts) -> list[GapMap | None]:
 
 def object_table(maps: list[GapMap | None]) -> str:
     """Return the diameters about the places of all maps as CSV."""
-    return csv_text([row for one in maps if one is not None for row in one.rows()])
+    return csv_text([row for one in maps if one is not None for row in one.rows()], KEYS)
 
 
 def object_picture(path: Path, scene: Scene, gaps: GapMap, objects: SmallestObject) -> None:

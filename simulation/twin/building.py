@@ -58,12 +58,21 @@ class TwinOptions(Options):
     def __post_init__(self) -> None:
         """Raise InputError for values that are not allowed."""
         super().__post_init__()
-        for body in self.bodies:
-            if not isinstance(body, TwinSolid):
-                allowed = "Sphere, Box, Cylinder, Capsule"
-                raise InputError(f"found a {type(body).__name__}, allowed: {allowed}", "bodies")
+        _check_items("bodies", self.bodies, TwinSolid, "a list of Sphere, Box, Cylinder, Capsule")
+        if self.joints is not None:
+            _check_items("joints", self.joints, str, "a list of names")
+            if self.model is None:
+                raise InputError("found names, allowed: only with model", "joints", "", ("model",))
         if not isinstance(self.noise, Noise | None):
             raise InputError(f"found a {type(self.noise).__name__}, allowed: Noise, None", "noise")
+
+
+def _check_items(name: str, values: Any, kind: Any, allowed: str) -> None:
+    """Raise InputError for anything but a list of items of a kind."""
+    listed = isinstance(values, Sequence) and not isinstance(values, str)
+    for value in values if listed else [values]:
+        if not (listed and isinstance(value, kind)):
+            raise InputError(f"found a {type(value).__name__}, allowed: {allowed}", name)
 
 
 def sensor_twin(name: str, setup: Setup, scene: Scene, options: TwinOptions) -> SensorTwin:

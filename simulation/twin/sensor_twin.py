@@ -8,8 +8,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 
 from ...coverage.definitions.errors import InputError
+from ...coverage.definitions.options import Number, Whole
 from ...coverage.robots.kinematics import Chain
 from ...formats.ring_status import ABSENT
+from .arguments import axes, numbers
 from .bodies import PlacedBody
 from .frame_clock import FrameClock
 from .look import Look
@@ -18,6 +20,7 @@ from .world import TwinWorld
 
 Mask = Literal["nothing", "robot", "scene"]
 _MM = 1000
+_DURATION = Number("s, 0 or more", ge=0)
 
 
 @dataclass(frozen=True)
@@ -113,9 +116,14 @@ class SensorTwin:
 
         Returns:
             The frame at that time.
+
+        Raises:
+            InputError: for other values.
         """
         import mujoco
 
+        if seed is not None:
+            Whole(0).check("seed", seed)
         if self.own:
             mujoco.mj_resetDataKeyframe(self.model, self.data, 0)
         else:
@@ -138,7 +146,12 @@ class SensorTwin:
 
         Returns:
             The latest readings that have arrived.
+
+        Raises:
+            InputError: for other values.
         """
+        if seconds is not None:
+            _DURATION.check("seconds", seconds)
         self._move(q)
         self.data.time += self.dt if seconds is None else seconds
         return self.read()
@@ -150,9 +163,15 @@ class SensorTwin:
             body: number of the body.
             centre: centre (3,) in the world, m; the scene's own model has the robot's base frame.
             frame: its axes in columns (3, 3); by default it stays as it is turned.
+
+        Raises:
+            InputError: for other values.
         """
-        frame = None if frame is None else np.asarray(frame, float)
-        self.world.put(body, np.asarray(centre, float), frame)
+        if not self.bodies:
+            raise InputError("found a number, allowed: none, as the twin has no bodies", "body")
+        Whole(0, len(self.bodies) - 1).check("body", body)
+        frame = None if frame is None else axes("frame", frame)
+        self.world.put(body, numbers("centre", centre, (3,)), frame)
 
     def read(self) -> TwinFrame:
         """Let the sensors measure that are due at ``data.time``, where the model's joints and
@@ -174,10 +193,7 @@ class SensorTwin:
         return self._shown.frame()
 
     def _move(self, q: Any) -> None:
-        wanted = (len(self.joints),)
-        if (shape := np.shape(q)) != wanted:
-            raise InputError(f"found the shape {shape}, allowed: {wanted}", "q")
-        self.data.qpos[self._qpos] = self.chain.settled(np.asarray(q, float))
+        self.data.qpos[self._qpos] = self.chain.settled(numbers("q", q, (len(self.joints),)))
 
     def _start(self) -> None:
         """Take a frame of all sensors that arrives now."""

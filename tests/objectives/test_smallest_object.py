@@ -6,7 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from place_rings.coverage.occlusion.occluders import Occluders, beams
-from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.sensors.effective_range import Use
+from place_rings.coverage.sensors.sensor import effective
 from place_rings.coverage.solids.base import Difference
 from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
@@ -16,8 +19,10 @@ from place_rings.coverage.targets.own import Box
 from place_rings.coverage.voxels.largest_object import largest_object
 from place_rings.coverage.voxels.object_map import ObjectMap, places
 from place_rings.coverage.voxels.object_room import BALL, NOTHING, ObjectShape, UnseenSpace
+from place_rings.objectives.gap_map import KEYS, GapMap
 from place_rings.objectives.scene import Scene
-from place_rings.objectives.smallest_object import smallest_object
+from place_rings.objectives.smallest_object import smallest_object, zone_rays
+from place_rings.reporting.setup_report.smallest_object_section import object_table
 from scipy.spatial import cKDTree
 
 WIDTH, ROD, MOST = 0.001, 0.2, 0.25
@@ -301,6 +306,33 @@ def test_a_scene_has_its_verdict_and_its_point_density():
         near = Near(0.05, largest_gap=gap)
         r = smallest_object(Scene(targets=(near,)), setup, near, 0.02, 0.3)
         assert (r.verdict, r.sphere.high <= 0.1) == (verdict, True)
+
+
+def test_a_target_thinner_than_the_first_cells_is_examined_like_any_other():
+    """Its point density is that of the voxels of a count, and its map may have no place."""
+    thin = Box((0.2, 0.2, 0.005), (2.5, 2.5, 1.0), name="thin", largest_gap=0.19)
+    scene, setup = Scene(targets=(thin,)), named_setup("n1_4_0")
+    r = smallest_object(scene, setup, thin, 0.002, 0.3)
+    assert (r.verdict, r.zones_per_m3) == ("fail", 0)
+    gaps = GapMap.of(scene, setup, thin, 0, 0.02, 0.3)
+    assert object_table([gaps]).splitlines() == [",".join(KEYS), *map(str, gaps.rows())]
+
+
+@pytest.mark.parametrize("name", ["vl53l9cx-precision", "vl53l5cx", "vl53l1x"])
+def test_each_zone_has_a_ray_in_its_own_part_of_the_beam(name):
+    sensor = effective(Use(name)).sensor
+    setup = Setup((Ring("tool", 0.0, 1, radius=0.2, sensor=sensor),))
+    scene = Scene(occlusion="ignore")
+    cones = sensor_cones(scene.robot, setup, scene.poses[0].q)
+    way = zone_rays(scene, setup, 0)[:, -1] - cones.apex[0]
+    depth = way @ cones.axis[0]
+    sides = zip(cones.sides(0), (sensor.half_angle, sensor.half_angle_up), strict=True)
+    places = [way @ side / depth / max(np.tan(half), 1e-9) for side, half in sides]
+    zone = [
+        np.floor((p + 1) / 2 * n) for p, n in zip(places, (sensor.zones, sensor.rows), strict=True)
+    ]
+    assert len(way) == sensor.zones * sensor.rows
+    assert set(zip(*zone, strict=True)) == set(np.ndindex(sensor.zones, sensor.rows))
 
 
 @pytest.mark.slow

@@ -206,11 +206,50 @@ def test_a_model_with_another_arm_or_other_joints_is_refused(tmp_path):
         with pytest.raises(pr.InputError) as error:
             pr.twin("n1_4_0", EMPTY, model=model, joints=names)
         assert error.value.argument == argument
-    twin = pr.twin("n1_4_0", EMPTY)
-    for wrong in ([0.0] * 5, [[0.0] * 6]):
+    for wrong in ("abcdef", [1, 2, 3, 4, 5, 6], 6):
+        with pytest.raises(pr.InputError, match="joints"):
+            pr.twin("n1_4_0", EMPTY, model=path, joints=wrong)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("pose", 3),
+        ("bodies", [pr.Cone(1, 0, 1)]),
+        ("bodies", pr.Sphere(0.1)),
+        ("joints", ["a"] * 6),  # without a model
+        ("noise", 3),
+        ("mask", "all"),
+    ],
+)
+def test_an_option_out_of_range_is_named(key, value):
+    with pytest.raises(pr.InputError) as error:
+        pr.twin("n1_4_0", EMPTY, **{key: value})
+    assert error.value.argument == key
+
+
+def test_a_twin_refuses_what_it_cannot_do_and_stays_as_it_is():
+    twin = pr.twin("n1_4_0", EMPTY, bodies=[pr.Sphere(0.1)])
+    before = twin.data.time, *twin.data.qpos, *twin.data.mocap_pos.ravel()
+    still = [0.0] * 6
+    for wrong in ([0.0] * 5, [[0.0] * 6], [np.nan] * 6, ["a"] * 6):
         with pytest.raises(pr.InputError):
             twin.step(wrong)
-    for key, value in (("pose", 3), ("bodies", [pr.Cone(1, 0, 1)]), ("noise", 3), ("mask", "all")):
-        with pytest.raises(pr.InputError) as error:
-            pr.twin("n1_4_0", EMPTY, **{key: value})
-        assert error.value.argument == key
+    for seconds in (-0.1, np.nan, np.inf):
+        with pytest.raises(pr.InputError):
+            twin.step(still, seconds)
+    for put in (
+        (1, (0, 0, 1)),
+        (-1, (0, 0, 1)),
+        (0, (0, 0)),
+        (0, (0, 0, np.inf)),
+        (0, (0, 0, 1), np.eye(2)),
+        (0, (0, 0, 1), -np.eye(3)),
+    ):
+        with pytest.raises(pr.InputError):
+            twin.put(*put)
+    with pytest.raises(pr.InputError):
+        twin.reset(seed=-1)
+    assert before == (twin.data.time, *twin.data.qpos, *twin.data.mocap_pos.ravel())
+    with pytest.raises(pr.InputError):
+        pr.twin("n1_4_0", EMPTY).put(0, (0, 0, 1))
