@@ -54,7 +54,7 @@ def parts_in(
         patterns: as in ``ConvexSolid.parts``.
 
     Raises:
-        UserError: if it is no mesh, or a pattern fits no part.
+        UserError: if it is no mesh, a pattern fits no part, or the chosen ones have no surface.
     """
     kind = Path(name or "").suffix.lower().lstrip(".")
     if kind not in MESHES:
@@ -66,7 +66,10 @@ def parts_in(
     except MeshError as error:
         raise UserError(f"{where}: {shown(name)}: allowed: {error}") from error
     chosen = _chosen(list(parts), patterns, where.removesuffix(".file"), name)
-    return {part: parts[part] for part in chosen}
+    solid = {part: parts[part] for part in chosen if len(parts[part].faces)}  # others are lines
+    if not solid:
+        raise UserError(f"{where}: {shown(name)}: found no triangle in the chosen parts")
+    return solid
 
 
 def _chosen(names: list[str], patterns: Sequence[str], key: str, file: str | None) -> list[str]:

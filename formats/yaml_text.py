@@ -5,6 +5,8 @@ from typing import Any
 
 from ..coverage.definitions.errors import UserError
 
+_ODD = (AttributeError, LookupError, RecursionError, ValueError)  # what PyYAML raises of odd values
+
 
 def plain_yaml(
     name: str,
@@ -48,6 +50,6 @@ def plain_yaml(
             Plain.add_constructor(f"!{tag}", reader(tag, tagged))
     try:
         return yaml.load(text, Plain)  # a SafeLoader
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
+    except (yaml.YAMLError, *_ODD) as error:
         reason = " ".join(str(error).split())
         raise UserError(f"{name}: not YAML: {reason}") from error

@@ -3,6 +3,7 @@ which looks along its x axis and has a ray for each zone."""
 
 import math
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -32,6 +33,7 @@ _FAN = 5  # rays across a beam of one zone, and from its top to its bottom
 _FINE = math.radians(1.0)  # rad, between two rays of a fan-shaped beam, at most
 _NEAR = 0.01  # m, from which on a lidar sees if nothing else is known
 _RATE = 15.0  # Hz, of a sensor that states none
+_CELL, _SUN, _FIXED = "cell", "sun", "fixed_base"  # names of the model, light and joint
 _RINGS = 2  # visibility flag of rings, which their own sensors do not see
 
 
@@ -43,7 +45,7 @@ def sdf(placed: PlacedSetup) -> dict[str, bytes]:
     ET.SubElement(world, "gravity").text = "0 0 0"
     for file, system in _SYSTEMS.items():
         _plugin(world, file, system)
-    sun = ET.SubElement(world, "light", name="sun", type="directional")
+    sun = ET.SubElement(world, "light", name=_SUN, type="directional")
     ET.SubElement(sun, "direction").text = "-0.5 0.2 -0.9"
     files = _cell(placed, world)
     files |= _robot(placed, world)
@@ -67,10 +69,10 @@ def _cell(placed: PlacedSetup, world: ET.Element) -> dict[str, bytes]:
     files = dict[str, bytes]()
     if not placed.scene.obstacles:
         return files
-    model = ET.SubElement(world, "model", name="cell")
+    model = ET.SubElement(world, "model", name=_CELL)
     ET.SubElement(model, "static").text = "true"
     _pose(model, placed.T_world_base)
-    link = ET.SubElement(model, "link", name="cell")
+    link = ET.SubElement(model, "link", name=_CELL)
     for i, obstacle in enumerate(placed.scene.obstacles):
         name = f"obstacle_{i}"
         if np.size(obstacle.body.edges):
@@ -111,16 +113,19 @@ def _polyhedron(
 def _robot(placed: PlacedSetup, world: ET.Element) -> dict[str, bytes]:
     """Add the robot: its links and joints, its bodies, rings and sensors; return its meshes."""
     robot, files = placed.scene.robot, dict[str, bytes]()
-    model = ET.SubElement(world, "model", name=placed.robot_name)
+    name = plain_names([placed.robot_name], [_CELL, _SUN])[0]
+    model = ET.SubElement(world, "model", name=name)
     _pose(model, placed.T_world_base)
-    joints, links = placed.joint_names, (BASE_LINK, *placed.link_names)
+    links, rings = (BASE_LINK, *placed.link_names), ring_bodies(placed)
+    taken = [_FIXED, TCP_LINK, *links, *(n for r in rings for n in (r.name, f"{r.name}_joint"))]
+    joints = plain_names(placed.joint_names, taken)  # no two parts of a model have one name
     bodies = [ET.SubElement(model, "link", name=BASE_LINK)]
-    _joint(model, "fixed_base", "fixed", "world", BASE_LINK)
+    _joint(model, _FIXED, "fixed", "world", BASE_LINK)
     for j, name in enumerate(joints):
         link = ET.SubElement(model, "link", name=links[j + 1])
         _pose(link, np.eye(4), relative_to=name)
         bodies.append(link)
-        _moving_joint(placed, model, j, links[j], links[j + 1])
+        _moving_joint(placed, model, j, joints, (links[j], links[j + 1]))
     names = plain_names(body.name for body in robot.bodies)
     for body, name in zip(robot.bodies, names, strict=True):
         T, length, radius = capsule_shape(body.capsule)
@@ -138,7 +143,7 @@ def _robot(placed: PlacedSetup, world: ET.Element) -> dict[str, bytes]:
             _inertial(link, *_LEAST)
         else:
             ET.SubElement(link, "inertial", auto="true")
-    for ring in ring_bodies(placed):
+    for ring in rings:
         _ring(model, ring, links[ring.joint + 1])
         files[ring.file] = ring.stl()
     tcp = ET.SubElement(model, "frame", name=TCP_LINK, attached_to=links[-1])
@@ -157,11 +162,14 @@ def _joint(model: ET.Element, name: str, kind: str, parent: str, child: str) -> 
     return joint
 
 
-def _moving_joint(placed: PlacedSetup, model: ET.Element, j: int, parent: str, child: str) -> None:
-    """Add a joint of the chain, and what moves it to a position that it is told on a topic."""
-    robot, name = placed.scene.robot, placed.joint_names[j]
-    joint = _joint(model, name, "prismatic" if robot.chain.slides[j] else "revolute", parent, child)
-    _pose(joint, robot.chain.origin[j], relative_to=parent)
+def _moving_joint(
+    placed: PlacedSetup, model: ET.Element, j: int, names: Sequence[str], links: tuple[str, str]
+) -> None:
+    """Add a joint of the chain between two links, and what moves it to a position that it is told
+    on a topic."""
+    robot, name = placed.scene.robot, names[j]
+    joint = _joint(model, name, "prismatic" if robot.chain.slides[j] else "revolute", *links)
+    _pose(joint, robot.chain.origin[j], relative_to=links[0])
     axis = ET.SubElement(joint, "axis")
     ET.SubElement(axis, "xyz").text = words(robot.chain.axis[j])
     limit = ET.SubElement(axis, "limit")
@@ -170,7 +178,7 @@ def _moving_joint(placed: PlacedSetup, model: ET.Element, j: int, parent: str, c
         ET.SubElement(limit, key).text = words([value])
     for m in robot.chain.mimics:
         if m.joint == j:
-            law = ET.SubElement(axis, "mimic", joint=placed.joint_names[m.leader])
+            law = ET.SubElement(axis, "mimic", joint=names[m.leader])
             for key, value in (("multiplier", m.multiplier), ("offset", m.offset)):
                 ET.SubElement(law, key).text = words([value])
             ET.SubElement(law, "reference").text = "0"

@@ -2,6 +2,7 @@
 cell, for Isaac Sim, Isaac Lab and other programs."""
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +28,7 @@ from .usd_prims import (
     state,
 )
 
-_CELL = "cell"
+_CELL, _JOINTS = "cell", "joints"
 _FLOOR = 10.0  # m, displayed side of the floor, which has no end
 _LEAST = 0.001, np.zeros(3), 1e-6 * np.eye(3)  # kg, m, kg m², of a link without a body
 _APERTURE = 20.955  # width of a camera's picture in the unit of its focal length
@@ -49,8 +50,9 @@ def usd(placed: PlacedSetup) -> dict[str, bytes]:
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
-    name = plain_names([placed.robot_name], [_CELL])[0]
-    made = _Made(placed, stage, name, (BASE_LINK, *node_names(placed)[:-1]))
+    name = _prim_names([placed.robot_name], [_CELL])[0]
+    links = _prim_names(node_names(placed)[:-1], [BASE_LINK, _JOINTS])
+    made = _Made(placed, stage, name, (BASE_LINK, *links))
     robot = add_frame(stage, f"/{name}", placed.T_world_base)
     stage.SetDefaultPrim(robot)
     UsdPhysics.ArticulationRootAPI.Apply(robot)
@@ -65,6 +67,11 @@ def usd(placed: PlacedSetup) -> dict[str, bytes]:
         _add_sensor(made, sensor)
     _add_floors(made)
     return {"scene.usda": stage.GetRootLayer().ExportToString().encode()}
+
+
+def _prim_names(names: Iterable[str], taken: Sequence[str]) -> tuple[str, ...]:
+    """Return unique names of prims, which do not begin with a digit."""
+    return plain_names((f"_{n}" if n[:1].isdigit() or not n else n for n in names), taken)
 
 
 @dataclass(frozen=True)
@@ -113,13 +120,13 @@ def _add_joints(made: _Made) -> None:
     from pxr import UsdGeom, UsdPhysics
 
     robot, q = made.placed.scene.robot, made.placed.scene.poses[made.placed.pose].q
-    joints = f"/{made.robot}/joints"
+    joints = f"/{made.robot}/{_JOINTS}"
     UsdGeom.Scope.Define(made.stage, joints)
     taken = ["fixed_base"]
     fixed = UsdPhysics.FixedJoint.Define(made.stage, f"{joints}/{taken[0]}")
     fixed.CreateBody0Rel().SetTargets([f"/{made.robot}"])  # so that it moves with its prim
     fixed.CreateBody1Rel().SetTargets([made.path(BASE)])
-    names = plain_names(robot.chain.joints, taken)
+    names = _prim_names(robot.chain.joints, taken)
     for j, name in enumerate(names):
         add_joint(
             made.stage,

@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from ...coverage.definitions.errors import UserError, shown, unusable
 from ...coverage.robots.kinematics import transform
+from .descriptions import XACRO
 from .left_over_xacro import unused_definitions
 from .urdf_model import JOINT_KINDS, MOST_LINKS, Joint, Urdf, UrdfLink, UrdfShape
 from .xml_text import bounded_bytes, plain_xml, some
@@ -180,7 +181,10 @@ def read_urdf(path: Path, root: ET.Element | None = None) -> Urdf:
     Raises:
         UserError: if it cannot be read or is not supported.
     """
-    root = plain_xml(bounded_bytes(path, LARGEST), str(path)) if root is None else root
+    if root is None:
+        if path.suffix.lower() == XACRO:
+            raise UserError(f"{path}: a xacro file, wanted: the URDF that it makes")
+        root = plain_xml(bounded_bytes(path, LARGEST), str(path))
     reader = _Reader(path)
     if root.tag != "robot":
         raise reader.fail("root", root.tag[:100], "robot, the root of a URDF")

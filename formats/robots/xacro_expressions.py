@@ -255,5 +255,5 @@ def _check_small(value: Any) -> None:
             case _:
                 raise TypeError(f"found a {type(part).__name__}, wanted: a number, text or list")
         weight += 1
-        if weight > _MOST:
+        if weight + len(stack) > _MOST:  # a list may be in itself
             raise OverflowError(f"a value of more than {_MOST} characters or elements")

@@ -23,7 +23,9 @@ from .xml_text import bounded_bytes, plain_xml, some
 INSTALL = "pip install 'place-rings[xacro]'"
 LARGEST = 4 * 2**20  # bytes, largest file
 _MOST = 50_000  # elements that macros and blocks make
-_LONGEST = 2**24  # characters that are evaluated in total
+_LONGEST = 2**24  # characters that are read and evaluated in total
+_EACH, _FILE = 32, 2**14  # characters that an evaluation and a file count besides their own
+_SHOWN = 300  # characters of a reason of xacro
 _UNITS = {
     "radians": "1",
     "degrees": "pi / 180",
@@ -101,7 +103,9 @@ class _Expansion:
             inner = getattr(inner, "exc", None)
         if isinstance(inner, UserError):
             return inner
-        reason = " ".join(f"{error}".split()) or type(error).__name__
+        reason = " ".join(f"{error}".split())[:_SHOWN] or type(error).__name__
+        if isinstance(error, RecursionError):
+            reason = "files or macros that hold themselves, or too many in each other"
         return UserError(f"{self._here()}: xacro: {reason}")
 
     def _here(self) -> str:
@@ -126,18 +130,20 @@ class _Expansion:
     def _parsed(self, _: None, name: str) -> minidom.Document:
         """Return the document of a file; it takes the place of ``xacro.parse``."""
         file = self._file(name, relative=False)
-        if not file.is_file():  # an optional include may be missing
-            if len(self._xacro.filestack) > 1:
-                self._xacro.filestack.pop()
+        if len(self._xacro.filestack) > 1 and not file.is_file():  # an include may be optional
+            self._xacro.filestack.pop()
             raise self._xacro.XacroException(exc=FileNotFoundError(f"found no file {name}"))
         text = bounded_bytes(file, LARGEST, name)
+        self._read(_FILE + len(text))
         root = plain_xml(text, name)
         self._declared |= {e.get("name", "") for e in root.iter() if e.tag == "xacro:arg"}
-        return minidom.parseString(text)
+        return minidom.parseString(ET.tostring(root))  # without comments
 
     def _included(self, name: str, symbols: Mapping[str, Any]) -> Iterator[str]:
         """Yield the one file that an include names; for ``xacro.get_include_files``."""
-        yield self._xacro.abs_filename_spec(str(self._xacro.eval_text(name, symbols)))
+        file = self._xacro.abs_filename_spec(str(self._xacro.eval_text(name, symbols)))
+        self._file(file, relative=False)
+        yield file
 
     def _evaluated(self, text: str, symbols: Mapping[str, Any], _: object = None) -> Any:
         """Return the value of an expression; for ``xacro.safe_eval``."""
@@ -191,6 +197,7 @@ class _Expansion:
             return float(value_of(f"({text}) * {_UNITS[unit]}", CONSTANTS, {}, name))
 
         text = bounded_bytes(self._file(name), LARGEST, name).decode(errors="replace")
+        self._read(_FILE + len(text))
         return plain_yaml(name, text, _UNITS, measured, aliases=True)
 
     def _fatal(self, *words: object) -> None:
@@ -227,13 +234,16 @@ class _Expansion:
 
         def short(text: str, symbols: Any) -> Any:
             value = evaluate(text, symbols)
-            self._characters += len(text) + (len(value) if isinstance(value, str) else 0)
-            if self._characters > _LONGEST:
-                allowed = f"at most {_LONGEST} characters of texts"
-                raise UserError(f"{self._path}: found more, allowed: {allowed}")
+            self._read(_EACH + len(text) + (len(value) if isinstance(value, str) else 0))
             return value
 
         return short
+
+    def _read(self, characters: int) -> None:
+        self._characters += characters
+        if self._characters > _LONGEST:
+            allowed = f"at most {_LONGEST} characters of texts"
+            raise UserError(f"{self._path}: found more, allowed: {allowed}")
 
 
 def _refused(*_: object, **__: object) -> None:

@@ -89,6 +89,19 @@ def test_names_choose_parts_and_leave_others_out(tmp_path):
         scene_of(tmp_path, 'obstacles = [{ size = [1, 1, 1], parts = ["a"] }]')
 
 
+def test_parts_without_a_surface_are_passed_over(tmp_path):
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.creation.box((1, 1, 1)), node_name="table", geom_name="table")
+    edges = trimesh.load_path(np.array([[0.0, 0, 0], [1, 1, 1]]))
+    scene.add_geometry(edges, node_name="edges", geom_name="edges")
+    (tmp_path / "cell.glb").write_bytes(scene.export(file_type="glb"))
+    for keys in ("", ', parts = ["!edges"]'):
+        made = scene_of(tmp_path, f'obstacles = [{{ file = "cell.glb"{keys} }}]')
+        assert [o.name for o in made.obstacles] == ["table"]
+    with refused("scene.toml", "obstacles[0].file", "cell.glb"):
+        scene_of(tmp_path, 'obstacles = [{ file = "cell.glb", parts = ["edges"] }]')
+
+
 def test_a_part_is_a_target_too(tmp_path):
     cell(tmp_path)
     scene = scene_of(

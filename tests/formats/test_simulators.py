@@ -132,6 +132,18 @@ def test_a_rail_slides_in_usd_and_sdf(tmp_path_factory, seed):
                 np.testing.assert_allclose(there[f"{joint}_link"], T, atol=CLOSE)
 
 
+def test_names_that_a_format_lacks_or_needs_itself_are_replaced(tmp_path):
+    """Prims do not begin with a digit, and no two parts of a model of SDFormat have one name."""
+    own, names = ROBOTS["ur10"].with_links(True), ("1", "1_link", "base_link", "fixed_base", "2")
+    robot = replace(own, name="7", chain=replace(own.chain, joints=(*names, "ring_0")))
+    scene = Scene(robot, poses=(Pose(robot.rest),), occlusion="ignore")
+    written(tmp_path, scene, Setup((Ring("forearm", 0.5, 3, 0.2, 0.0, 0.12),)), "usd", "sdf")
+    arm, model = UsdArm(tmp_path / "scene.usda"), SdfModel(tmp_path / "scene.sdf", "7")
+    assert len(arm.moving) == len(robot.chain)
+    parts = [part.get("name") for part in model.model if part.tag in ("joint", "link", "frame")]
+    assert len(set(parts)) == len(parts)
+
+
 def test_a_users_meshes_stand_in_the_usd(tmp_path):
     """Where their URDF has them, before the capsules that physics uses."""
     text = chain_text(ROBOTS["ur10"].chain, "mine")

@@ -1,8 +1,9 @@
 """Xacro files: expanded as the package xacro does it, but no file runs code, reads a file outside
 its package, reads the environment, or grows beyond bounds."""
 
+import tracemalloc
 import xml.etree.ElementTree as ET
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 
 import pytest
 from hypothesis import given
@@ -11,6 +12,7 @@ from place_rings.cli.entry import main
 from place_rings.coverage.definitions.errors import UserError
 from place_rings.formats.robots.packages import Packages
 from place_rings.formats.robots.urdf_options import UrdfOptions
+from place_rings.formats.robots.xacro_expressions import value_of
 from place_rings.formats.robots.xacro_files import expand_xacro
 
 from ..support.refusals import refused
@@ -266,6 +268,44 @@ def test_no_file_grows_beyond_bounds(tmp_path, which, monkeypatch):
     (tmp_path / "merge.yaml").write_text(f"p0: &p0 {{a: 1}}\n{lines}")
     with refused():
         expanded(written(tmp_path, BOMBS[which]))
+
+
+def test_what_files_and_attributes_hold_counts_each_time(tmp_path, monkeypatch):
+    monkeypatch.setattr("place_rings.formats.robots.xacro_files._LONGEST", 200_000)
+    (tmp_path / "part.xacro").write_text(f"{HEAD}<!--{'c' * 50_000}--></robot>")
+    (tmp_path / "part.yaml").write_text(f"a: 1 #{'c' * 50_000}")
+    empty = " ".join(f'a{i}=""' for i in range(1000))
+    for one in (
+        '<xacro:include filename="part.xacro"/>',
+        '<xacro:property name="p" value="${load_yaml(\'part.yaml\')}"/><a b="${p.a}"/>',
+        f"<g {empty}/>",
+    ):
+        expanded(written(tmp_path, one))
+        with refused():
+            expanded(written(tmp_path, 10 * one))
+
+
+@contextmanager
+def little_memory():
+    tracemalloc.start()
+    try:
+        yield
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_comments_of_macros_are_not_repeated(tmp_path):
+    macro = f'<xacro:macro name="m"><!--{"c" * 50_000}--><a/></xacro:macro>'
+    with little_memory():
+        expanded(written(tmp_path, macro + 500 * "<xacro:m/>"))
+
+
+def test_a_list_in_itself_is_refused_before_it_fills_the_memory():
+    table = [0] * 3000
+    table.append(table)
+    with little_memory(), refused():
+        value_of("len(table)", {"table": table}, {}, "arm.xacro")
 
 
 def test_a_document_type_is_refused_in_every_file(tmp_path):
