@@ -100,7 +100,11 @@ def _module(name: str) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     with _no_download(name), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of names that are about to change
-        spec.loader.exec_module(module)
+        try:
+            spec.loader.exec_module(module)
+        except OSError as error:  # a few modules read files of the robot
+            line = f"{error.filename}: {error.strerror}"
+            raise UserError(f"robot: {name}: {line}; {_fetch(name, again=True)}") from error
     return module
 
 

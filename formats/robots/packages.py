@@ -54,9 +54,8 @@ class Packages:
                 raise unusable("--packages", str(folder), "a folder")
         for name, folder in (named or {}).items():
             if not folder.is_dir():
-                raise unusable(
-                    "--package", f"{name}={folder}", "NAME=FOLDER with an existing folder"
-                )
+                allowed = "NAME=FOLDER with an existing folder"
+                raise unusable("--package", f"{name}={folder}", allowed)
         self.given = [folder.resolve() for folder in folders]
         self._stands_in = False  # whether a file was found by ``renamed``
         self._elsewhere: list[Path] = []  # folders of packages for addresses of other machines
@@ -117,9 +116,8 @@ class Packages:
         the packages that stand for absolute addresses, if any."""
         lines = []
         if self._stands_in:
-            lines.append(
-                f"The meshes lie in {self._as_given(self.renamed[0][1])}, under other names."
-            )
+            folder = self._as_given(self.renamed[0][1])
+            lines.append(f"The meshes lie in {folder}, under other names.")
         if self._elsewhere:
             folders = ", ".join(self._as_given(f) for f in dict.fromkeys(self._elsewhere))
             lines.append(f"Absolute addresses of meshes lead nowhere here: taken from {folders}.")

@@ -16,7 +16,7 @@ class Repository:
     def __init__(self, cache_path): self.cache_path = cache_path
 REPOSITORIES = {"arms": Repository("arms"), "none": Repository("none")}
 """
-NAMES = "plain_description", "xacro_description", "absent_description"
+NAMES = "plain_description", "xacro_description", "absent_description", "reading_description"
 MODULE = """
 from os import getenv, path
 from ._cache import clone_to_cache as _clone
@@ -52,6 +52,7 @@ def cache(tmp_path, monkeypatch):
     files |= {NAMES[0]: MODULE.format(of="arms") + PLAIN}
     files |= {NAMES[1]: MODULE.format(of="arms") + XACRO}
     files |= {NAMES[2]: MODULE.format(of="none") + PLAIN}
+    files |= {NAMES[3]: MODULE.format(of="arms") + "open(path.join(PACKAGE_PATH, 'cut.urdf'))"}
     for name, text in files.items():
         (package / f"{name}.py").write_text(text)
     urdf, other = cache / "arms" / "arm" / "urdf", cache / "arms" / "elsewhere"
@@ -103,6 +104,8 @@ def test_arguments_are_the_modules_then_the_variants_then_the_users(cache):
 def test_what_is_not_on_disk_is_refused_with_the_command_that_fetches_it(cache):
     with refused("absent_description", "robot_descriptions.absent_description"):
         find_description("absent_description")
+    with refused("reading_description", "cut.urdf", "robot_descriptions.reading_description"):
+        find_description("reading_description")
     (cache / "arms" / "arm" / "urdf" / "arm.urdf").unlink()
     with refused("plain_description", "robot_descriptions.plain_description"):
         find_description("plain_description")
