@@ -6,7 +6,9 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.robots.kinematics import transform
+from ...coverage.solids.capsules import Capsules
 from ...coverage.targets.own import Box, Capsule, Cylinder, Sphere
+from ...formats.export.markup import capsule_shape
 from .world import TwinBody
 
 TwinSolid = Box | Capsule | Cylinder | Sphere
@@ -27,10 +29,10 @@ class PlacedBody(NamedTuple):
 def placed_body(solid: TwinSolid) -> PlacedBody:
     """Return a solid as a body at its place."""
     if isinstance(solid, Capsule):
-        start, end = np.array(solid.start), np.array(solid.end)
-        half = float(np.linalg.norm(end - start)) / 2
-        body = TwinBody("capsule", (solid.radius, half)) if half else _ball(solid.radius)
-        return PlacedBody(body, (start + end) / 2, axes_along(end - start) if half else np.eye(3))
+        ends = Capsules(np.array(solid.start), np.array(solid.end), np.array(solid.radius))
+        T, length, radius = capsule_shape(ends)
+        body = TwinBody("capsule", (radius, length / 2)) if length else _ball(radius)
+        return PlacedBody(body, T[:3, 3], T[:3, :3])
     centre = np.array(solid.centre)
     if isinstance(solid, Sphere):
         return PlacedBody(_ball(solid.radius), centre, np.eye(3))
@@ -43,11 +45,3 @@ def placed_body(solid: TwinSolid) -> PlacedBody:
 
 def _ball(radius: float) -> TwinBody:
     return TwinBody("sphere", (radius,))
-
-
-def axes_along(way: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
-    """Return axes of which the third points along ``way``."""
-    z = way / np.linalg.norm(way)
-    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z], axis=1)

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.detection.pieces import TestPiece
+from ...formats.export.markup import turn_to
 from ...simulation.human import Bones
-from ...simulation.twin.bodies import axes_along
 from ...simulation.twin.world import TwinBody
 from .twin import Seen, Twin
 
@@ -37,7 +37,7 @@ def walker(twin: Twin, bones: Bones, moments: Int[np.ndarray, " M"]) -> list[See
     for t in moments:
         centre = (bones.start[t] + bones.end[t]) / 2
         for i, way in enumerate(bones.end[t] - bones.start[t]):
-            twin.world.put(i, centre[i], axes_along(way))
+            twin.world.put(i, centre[i], turn_to(way / np.linalg.norm(way)))
         twin.world.place()
         middle = (centre.min(axis=0) + centre.max(axis=0)) / 2
         reach = np.linalg.norm(bones.end[t] - bones.start[t], axis=1) / 2 + bones.radius

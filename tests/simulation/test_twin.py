@@ -115,6 +115,15 @@ def test_a_body_that_comes_is_read_when_the_frame_of_that_time_arrives():
     assert [mm for number, mm in seen if number >= 3] == pytest.approx([450] * 3)
 
 
+@few
+@given(st.floats(0.3, 0.8), st.floats(0.0, 0.4), st.floats(0.02, 0.1))
+def test_a_capsule_is_read_at_its_nearer_end(depth, length, radius):
+    _, apex, frame = one_ahead()
+    ends = (tuple((apex + d * frame[:, 2]).tolist()) for d in (depth, depth + length))
+    twin, _, _ = one_ahead(noise=None, bodies=[pr.Capsule(*ends, radius)])
+    assert twin.read().distance_mm[0, 0] == pytest.approx(1000 * (depth - radius), abs=0.1)
+
+
 def test_noise_is_that_of_the_rig_and_the_same_for_the_same_seed():
     noise = pr.Noise(lost=0.1)
     twin, apex, frame = one_ahead(noise=noise, bodies=[pr.Box((9, 9, 0.002))], seed=3)
