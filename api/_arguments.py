@@ -82,6 +82,14 @@ def number(name: str, value: Any, allowed: str = "a number") -> None:
         raise InputError(f"found {value!r}, allowed: {allowed}", name)
 
 
+def check_question(detect: Any) -> None:
+    """Raise InputError for anything but a question of detection, or none."""
+    from .coverage.detection.detection import Detection
+
+    if not isinstance(detect, Detection | None):
+        raise InputError(f"found a {type(detect).__name__}, allowed: Detection, None", "detect")
+
+
 def three(name: str, values: Any) -> tuple[float, float, float]:
     """Return three finite numbers; raise InputError that names the argument otherwise."""
     try:

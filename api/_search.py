@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from math import radians
 
-from ._arguments import renamed
+from ._arguments import check_question, renamed
 from ._errors import InputError, input_errors
 from ._options import called_with
 from ._proposal import Proposal
@@ -41,6 +41,7 @@ def criterion(scene: Scene, options: SearchOptions) -> Criterion:
         InputError: for criteria that cannot be combined.
     """
     redundancy, losing, errors = options.redundancy, options.losing, None
+    check_question(options.detect)
     if (detection := options.detect) is not None:
         at_least = max(redundancy, detection.at_least)
         redundancy, detection = 1, replace(detection, at_least=at_least)

@@ -6,8 +6,8 @@ from functools import cached_property
 from itertools import zip_longest
 from typing import Any
 
-from ._arguments import renamed
-from ._errors import input_errors
+from ._arguments import check_question, renamed
+from ._errors import InputError, input_errors
 from ._options import called_with
 from ._placement import Counted
 from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
@@ -100,6 +100,14 @@ class VerifyCall(VerifyOptions, SetupCall):
     progress: Callable[[Any], None] | None = field(default=None, kw_only=True)
     """Receives the index of each pose before the pose is counted; with ``rule`` certified the
     interval after each pass."""
+
+    def __post_init__(self) -> None:
+        """Raise InputError for values out of range, or a rule that cannot count detection."""
+        super().__post_init__()
+        check_question(self.detect)
+        if self.detect is not None and self.rule == "touch":
+            line = "found touch, allowed with detect: sampled, centre, certified"
+            raise InputError(line, "rule", others=("detect",))
 
 
 @renamed(memory_gb="memory")

@@ -78,3 +78,15 @@ def test_former_attributes_of_a_record_in_percent_lead_to_its_keys():
 def test_an_integer_beyond_all_floats_is_refused_by_its_option(name):
     with pytest.raises(InputError, match=f"^{name}: "):
         pr.verify("n1_8_0", rule="certified", **{name: 10**400})
+
+
+@pytest.mark.parametrize("found", ["hand", 3, pr.Detection])
+def test_what_is_no_question_of_detection_is_refused_under_its_name(found):
+    scene = pr.Scene(targets=pr.Near(0.3))
+    for call in (
+        lambda: pr.verify("n1_4_0", scene, detect=found),
+        lambda: pr.search(scene, sensors=4, time=0.2, detect=found),
+    ):
+        with pytest.raises(pr.InputError) as error:
+            call()
+        assert error.value.argument == "detect"

@@ -46,7 +46,7 @@ def test_a_table_and_the_assumptions_are_printed(capsys):
 @pytest.mark.parametrize(
     ("options", "parts"),
     [
-        (("--rule", "touch", "--detect", "hand"), "touch"),
+        (("--rule", "touch", "--detect", "hand"), "rule touch detect"),
         (("--sensor", "vl53l5cx", "--ambient", "9e9klx", "--detect", "hand"), "9e9klx"),
         (("--detected-by", "1"), "--detected-by --detect"),
     ],
