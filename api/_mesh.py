@@ -21,14 +21,15 @@ def _load(
     parts: Sequence[str] = (),
     **keys: Any,
 ) -> Mesh:
-    """Return the closed mesh in a file (.stl, .ply, .off, .obj, .glb).
+    """Return the closed mesh in a file (.stl, .ply, .off, .obj, .glb, .usd).
 
     Args:
         file: path of the file.
         scale: length of one unit of the mesh, m.
         centre: origin of the mesh (x, y, z) in the base frame (``base`` of ``Scene``), m.
         rpy_deg: rotations about x, y and z of the base frame, in this order, degrees.
-        parts: parts of a glTF file that are taken, by the names of its nodes; all by default.
+        parts: parts of a glTF or OpenUSD file that are taken, by the names of its nodes; all by
+            default.
         keys: further arguments of a target, such as ``name`` and ``weight``.
 
     Returns:

@@ -17,7 +17,8 @@ from ..coverage.solids.polyhedra import MOST_FACES, hull
 from ..coverage.targets.own import MOST_FACES as MOST_TRIANGLES
 from ..coverage.targets.own import Mesh
 from .mesh_readers.mesh_numbers import MeshError
-from .mesh_readers.scene_mesh import MESHES, read_scene_parts
+from .mesh_readers.scene_mesh import MESHES, USD, read_scene_parts
+from .optional_dependencies import require
 from .stand_ins import refuse_stand_in
 
 _NAMED = 12  # most names in a message
@@ -61,6 +62,8 @@ def parts_in(
         allowed = ", ".join("." + mesh for mesh in MESHES)
         raise UserError(f"{where}: found {shown(name)}, allowed: a mesh, {allowed}")
     refuse_stand_in(data, f"{where}: {shown(name)}")
+    if kind in USD:
+        require("usd", f"{where}: {shown(name)}", "pxr")
     try:
         parts = read_scene_parts(kind, data)
     except MeshError as error:

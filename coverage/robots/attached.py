@@ -71,8 +71,8 @@ class ConvexSolid:
     scale: Annotated[float, Field(gt=0, le=1000)] = 1.0
     """Length of one unit of the mesh, m."""
     parts: PartNames = ()
-    """Parts of a glTF file that are taken, by the names of its nodes, in which ``*`` stands for any
-    text; a ``!`` before a name leaves the part out. Default: all."""
+    """Parts of a glTF or OpenUSD file that are taken, by the names of its nodes, in which ``*``
+    stands for any text; a ``!`` before a name leaves the part out. Default: all."""
     points: Annotated[Items[SolidPoint], Field(min_length=4, max_length=20_000)] | None = None
     """Points whose convex hull is the solid, m."""
     hulled: Annotated[bool, ELSEWHERE] = field(default=False, compare=False)

@@ -314,9 +314,10 @@ class MeshFile:
     """A closed mesh as a table that names a file, which the reader of files puts in its place."""
 
     file: Annotated[str, Field(min_length=1, max_length=1000)]
-    """File of a closed mesh (.stl, .ply, .off, .obj, .glb, .gltf) in the file's folder or below."""
+    """File of a closed mesh (.stl, .ply, .off, .obj, .glb, .gltf, .usd, .usda, .usdc) in the file's
+    folder or below."""
     parts: PartNames = ()
-    """Parts of a glTF file that are taken, as in obstacles. Default: all."""
+    """Parts of a glTF or OpenUSD file that are taken, as in obstacles. Default: all."""
     scale: Annotated[float, Field(gt=0, le=1000)] = 1.0
     """Length of one unit of the mesh in the file, m."""
     centre: Point = ORIGIN

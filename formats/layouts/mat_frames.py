@@ -1,9 +1,6 @@
 """Sensor frames in MATLAB files (.mat), as transforms (4, 4) on a link of the robot."""
 
 import io
-import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,13 +12,13 @@ from ...coverage.rings.mounted_sensor import MountedSensor
 from ...coverage.rings.rounding import frames_text
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
+from ..limited_process import answer_of
 from ..robots.xml_text import bounded_bytes
 from ..schema.layout_models import LayoutMatModel
 from ..sensors.sensor_frames import looking_along_z
 from ..sensors.single_fit import single_at
 
 LARGEST = 128 * 2**20  # bytes, largest file
-_SECONDS = 20  # until the file is read
 _ALLOWED = (
     "in .mat of version 7 or older, a cell array of rigid transforms (4, 4), or with row a cell"
     " array of such cell arrays"
@@ -59,33 +56,15 @@ def _frames(file: Path, keys: LayoutMatModel) -> list[Float[np.ndarray, "4 4"]]:
     """
     data = bounded_bytes(file, LARGEST)
     where = f"{file}: variable {shown(keys.variable)}"
-    said, _, frames = _read(data, keys).partition(b"\n")
+    arguments = (keys.variable, str(keys.row or 0))
+    answer = answer_of(f"{__package__}.mat_process", *arguments, data=data)
+    said, _, frames = answer.partition(b"\n")
     if said != b"ok":
         raise UserError(f"{where}: found {said.decode(errors='replace')}, allowed: {_ALLOWED}")
     each = np.load(io.BytesIO(frames), allow_pickle=False)
     if not all(_is_pose(T) for T in each):
         raise UserError(f"{where}: found values that are no rigid transforms, allowed: {_ALLOWED}")
     return list(each)
-
-
-def _read(data: bytes, keys: LayoutMatModel) -> bytes:
-    """Return what a process of its own reads from a file (``mat_process``)."""
-    command = [sys.executable, "-m", f"{__package__}.mat_process"]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    try:
-        done = subprocess.run(
-            [*command, keys.variable, str(keys.row or 0)],
-            input=data,
-            capture_output=True,
-            env=environment,
-            timeout=_SECONDS,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return b"a file that takes too long to read"
-    if done.returncode == 0 and done.stdout:
-        return done.stdout
-    return b"a file that crashes its reader, or needs too much memory"
 
 
 def _is_pose(T: Float[np.ndarray, "4 4"]) -> bool:

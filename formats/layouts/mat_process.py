@@ -8,12 +8,12 @@ The process reads the file from stdin, and writes to stdout a line, and after "o
 """
 
 import io
-import os
 import sys
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
+
+from ..limited_process import limit
 
 _BYTES = 1 << 30  # of memory
 _SECONDS = 5  # of processor time
@@ -21,7 +21,7 @@ _SECONDS = 5  # of processor time
 
 def main() -> None:
     """Write the transforms, or why there are none."""
-    _limit()
+    limit(_BYTES, _SECONDS)
     variable, row = sys.argv[1], int(sys.argv[2])
     try:
         frames: Any = _frames(sys.stdin.buffer.read(), variable, row)
@@ -32,16 +32,6 @@ def main() -> None:
         return
     sys.stdout.buffer.write(b"ok\n")
     np.save(sys.stdout.buffer, frames, allow_pickle=False)
-
-
-def _limit() -> None:
-    """Limit memory and processor time, where the operating system can."""
-    with suppress(ImportError, ValueError, OSError):
-        import resource
-
-        for kind, most in ((resource.RLIMIT_DATA, _BYTES), (resource.RLIMIT_CPU, _SECONDS)):
-            resource.setrlimit(kind, (most, most))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def _frames(data: bytes, variable: str, row: int) -> Any:
@@ -68,5 +58,4 @@ def _is_matrix(T: Any) -> bool:
 
 
 if __name__ == "__main__":
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     main()

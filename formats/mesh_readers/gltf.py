@@ -20,6 +20,7 @@ from .mesh_numbers import (
     AGAIN,
     MOST_PARTS,
     MOST_TRIANGLES,
+    Y_UP,
     MeshError,
     bounded,
     picked,
@@ -32,7 +33,6 @@ _WIDTH = {"SCALAR": 1, "VEC3": 3}
 _MOST_VALUES = 2_000_000  # of a file's text
 _LONGEST = 1000  # characters of a part's name
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6  # modes of a primitive that have a surface
-_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 _COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
 _NO_SHAPE = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")
 _ODD = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
@@ -92,7 +92,7 @@ class _Gltf:
         shapes = {m: [self._primitive(p) for p in parts] for m, parts in primitives.items()}
         found: dict[str, list[np.ndarray]] = {}
         for name, T, mesh in instances:
-            found.setdefault(name, []).extend(placed(part, _Y_UP @ T) for part in shapes[mesh])
+            found.setdefault(name, []).extend(placed(part, Y_UP @ T) for part in shapes[mesh])
         return {name: np.concatenate(parts) for name, parts in found.items() if parts}
 
     def _instances(self) -> list[tuple[str, Float[np.ndarray, "4 4"], int]]:

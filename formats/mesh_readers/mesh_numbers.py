@@ -12,6 +12,7 @@ MOST_TRIANGLES = 1_000_000  # of a file
 MOST_CORNERS = 10_000  # of a polygon
 MOST_PARTS = 20_000  # nodes, or surfaces that nodes place
 _MOST_NUMBERS = 20 * MOST_TRIANGLES  # of one text
+Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])  # to z-up
 AGAIN = "export the mesh again"
 
 

@@ -1,4 +1,5 @@
-"""Reader of the meshes that scenes and targets name: STL, PLY, OFF, OBJ, and glTF with parts."""
+"""Reader of the meshes that scenes and targets name: STL, PLY, OFF, OBJ, and glTF and OpenUSD with
+parts."""
 
 import io
 import re
@@ -8,8 +9,10 @@ from .gltf import gltf_parts
 from .mesh_numbers import AGAIN, MOST_CORNERS, MOST_TRIANGLES, MeshError, bounded
 from .obj import read_obj
 from .stl import read_stl
+from .usd import usd_parts
 
-MESHES = ("stl", "ply", "off", "obj", "glb", "gltf")
+USD = ("usd", "usda", "usdc")
+MESHES = ("stl", "ply", "off", "obj", "glb", "gltf", *USD)
 _START = 65_536  # bytes that hold the header of a PLY or OFF file
 _COUNT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\d+)", re.MULTILINE)
 
@@ -18,7 +21,7 @@ def read_scene_parts(kind: str, data: bytes) -> dict[str, Any]:
     """Return the parts of a file by their names, as meshes of trimesh with equal corners merged.
 
     Args:
-        kind: one of ``MESHES``; all but glTF have one part, without a name.
+        kind: one of ``MESHES``; all but glTF and OpenUSD have one part, without a name.
         data: the file.
 
     Raises:
@@ -30,6 +33,8 @@ def read_scene_parts(kind: str, data: bytes) -> dict[str, Any]:
 
     if kind in ("gltf", "glb"):
         parts = dict(reversed(gltf_parts(data, _alone).items()))  # from a stack: in file order
+    elif kind in USD:
+        parts = usd_parts(data)
     else:
         parts = {"": (read_stl if kind == "stl" else read_obj)(data)}
     if not any(map(len, parts.values())):
