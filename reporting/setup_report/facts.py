@@ -96,6 +96,8 @@ class Facts:
     def with_objects(self) -> list[Verified]:
         """The goals' records, with the largest unseen objects where the options ask for them or the
         target states the largest gap."""
+        if not self.own:
+            return []
         each = smallest_objects(self.scene, self.setup, self.voxel, self.options)
         return [replace(r, smallest_object=o) for r, o in zip(self.own, each, strict=True)]
 
