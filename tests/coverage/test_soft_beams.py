@@ -61,9 +61,10 @@ def test_gradients_are_finite_everywhere(case, width):
         np.array([0.1, 0.05], np.float32),
     )
     planes = ((np.tile(z[0], (5, 2, 1)), np.zeros((5, 2), np.float32)),)
-    stop = np.array([0.0, 0.5, np.inf, np.inf, 1.0], np.float32)
+    start, end = [0.0, 0.5, np.inf, np.inf, 1.0], [np.inf, 0.8, np.inf, np.inf, np.inf]
+    dark = np.stack([start, end], axis=-1).astype(np.float32)[:, None]  # one interval each
     points = np.array(list(POINTS.values()), np.float32)
-    past = Occluding(bodies, planes, stop)
+    past = Occluding(bodies, planes, dark)
     share, slopes = share_and_slopes(rings, points, jnp.float32(width), past)
     assert 0 <= share <= 1
     assert all(np.isfinite(a).all() for a in jax.tree.leaves(slopes))
