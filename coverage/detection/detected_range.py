@@ -107,8 +107,7 @@ def along(of: Detectors, detection: Detection, distance: float) -> tuple[float, 
     """Return the probability of a frame and that in time for a piece on the axis of a zone, with
     its front at a distance along the axis of the sensor, m, which looks level."""
     extent, depth = detection.extent, distance + detection.piece.width_m / 2
-    side = np.where(of.zones % 2 == 0, of.edge / of.zones, 0.0)[0] * depth
-    at = InBeam(*(np.array([v]) for v in (depth, *side)))
+    at = InBeam(*(np.array([v]) for v in (depth, *of.middle[0] * depth)))
     p = per_frame(strength(aspect(at, LEVEL, of, extent), of, extent), of)
     return float(p[0]), float(in_time(p, of)[0])
 

@@ -195,14 +195,13 @@ def _one(sensor: Sensor, detection: Detection, end: _Assumptions) -> Detectors:
 
 def _by_rates(of: Detectors, rows: list[MeasuredRate], end: _Assumptions) -> Detectors:
     """Return a sensor with measured rates, taken with the target in the middle of a zone."""
-    aside = np.where(of.zones % 2 == 0, of.edge / of.zones, 0.0)
 
     def signal(row: MeasuredRate) -> float:
         share: Any = 1.0
         if row.width_m is not None and row.height_m is not None:
             d = np.array(row.distance_m)
             extent = Extent(row.width_m, row.height_m)
-            share = fill(aspect(InBeam(d, *(aside * d)), LEVEL, of, extent), of)
+            share = fill(aspect(InBeam(d, *(of.middle * d)), LEVEL, of, extent), of)
         return float(share) * float(of.reach / row.distance_m) ** 2
 
     ramps = getattr(ramps_of(rows, signal), end.of_rates)

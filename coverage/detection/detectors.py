@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import numpy as np
 from jaxtyping import Bool, Float
 
 from ..arrays import Array
@@ -38,3 +39,10 @@ class Detectors(NamedTuple):
     ramps: Float[Array, "*batch K M 3"]
     """Ramps whose sum is p by measured rates: signal where one begins, 1 over its width, and its
     rise; M may be 0."""
+
+    @property
+    def middle(self) -> Float[np.ndarray, "*batch K 2"]:
+        """Tangents of the middle of the zone nearest to the axis; NumPy only."""
+        edge, zones = np.asarray(self.edge), np.asarray(self.zones)
+        middle: np.ndarray = np.where(zones % 2 == 0, edge / zones, 0.0)
+        return middle

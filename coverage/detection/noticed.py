@@ -248,11 +248,11 @@ def _farthest(
 ) -> Float[np.ndarray, " K"]:
     """Return the depth of the nearest part up to which sensors may detect a piece, m: that of the
     largest silhouette in the centre of a zone."""
-    aside, radius = np.where(of.zones % 2 == 0, of.edge / of.zones, 0.0), piece.width / 2
+    middle, radius = of.middle, piece.width / 2
     largest = Extent(2**0.5 * piece.width, piece.height + piece.width)
 
     def bright(d: Any) -> Any:
-        at = InBeam(d, aside[:, 0] * d, aside[:, 1] * d)
+        at = InBeam(d, middle[:, 0] * d, middle[:, 1] * d)
         share = fill(aspect(at, LEVEL, of, largest), of)
         return share * (np.maximum(of.reach, 0.0) / np.maximum(d - radius, NIL)) ** 2 > faint
 
