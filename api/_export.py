@@ -99,7 +99,7 @@ def exported(call: ExportCall) -> tuple[tuple[Path, ...], list[str]]:
         robot = None if urdf is None else read_urdf(Path(urdf))
         folders = tuple(Path(p) for p in call.packages)
         named = {name: Path(path) for name, path in (call.package or {}).items()}
-        given = folders, named, call.points, call.readings, call.base_frame
+        given = folders, named, call.points, call.readings, call.base_frame, call.scheduled
         what = PlacedSetup(core, placed, pose, out, robot, *given)
         notes += export_notes(what, kinds)
         files = {name: data for kind in kinds for name, data in FORMATS[kind](what).items()}

@@ -14,6 +14,7 @@ from ..formats.export.sensor_tables import csv, json
 from ..formats.export.srdf import srdf
 from ..formats.export.urdf import urdf, xacro
 from ..formats.export.usd import usd
+from ..formats.firmware.ring_slots import slot_notes
 from ..formats.firmware.wiring import plan_setup
 
 Files = Mapping[str, bytes]  # contents by file name
@@ -43,11 +44,16 @@ def _stl(placed: PlacedSetup) -> Files:
 def _firmware(placed: PlacedSetup) -> Files:
     from ..formats.firmware.power_plan import power_page, power_plan
     from ..formats.firmware.sketch import DRAWING, sketch
+    from .firing_text import firing_rows
+    from .pages import csv_text
     from .wiring_drawing import wiring_drawing
 
-    wirings = plan_setup(placed.setup, placed.scene.electronics)
+    schedule = placed.schedule
+    wirings = plan_setup(placed.setup, placed.scene.electronics, schedule)
     power = power_plan(placed.scene, placed.setup, wirings)
     files = {"POWER.md": power_page(power).encode()}
+    if schedule is not None:
+        files["schedule.csv"] = csv_text(firing_rows(schedule)).encode()
     for wiring in wirings:
         files |= sketch(wiring) | {f"{wiring.name}/{DRAWING}": wiring_drawing(wiring)}
     return files
@@ -72,6 +78,8 @@ FORMATS: dict[str, Callable[[PlacedSetup], Files]] = {
 def export_notes(placed: PlacedSetup, kinds: Sequence[str]) -> list[str]:
     """Return notes on what these formats leave out of a setup."""
     notes = list[str]()
+    if "firmware" in kinds and placed.schedule is not None:
+        notes += slot_notes(placed.setup, placed.schedule)
     if "mjcf" in kinds and (zones := zone_count(placed)) > MOST_ZONES:
         notes.append(
             f"scene.xml: the sensors have {zones} zones; more than {MOST_ZONES} rangefinders slow"

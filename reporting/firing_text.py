@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from ..objectives.firing.schedule import FiringSchedule, RingRate
+from ..objectives.firing.slots import GUARD_S
 from .explained import Explained
 from .text import counted
 
@@ -86,7 +87,7 @@ def affordable_lines(schedule: FiringSchedule) -> list[str]:
     first = f"{rate}: kept by ring {', '.join(kept)}" if kept else f"{rate}: kept by no ring"
     if not most.sensors:
         period = 1000 / (schedule.wanted_hz or 1.0)
-        slot = 1000 * max(r.ranging_s + (r.transfer_s or 0.0) for r in schedule.rings)
+        slot = 1000 * max(r.ranging_s + GUARD_S + (r.transfer_s or 0.0) for r in schedule.rings)
         room = f"{period:.3g} ms have room for {counted(int(period / slot), 'slot')}"
         last = f"one sensor on each ring does not keep {rate} either: {room} of {slot:.3g} ms"
         return [first, last]

@@ -94,6 +94,8 @@ def _purposes(wiring: RingWiring) -> dict[int | str, tuple[str, str]]:
     uses |= {pin: (f"XSHUT {i}", _SINGLE) for i, pin in enumerate(wiring.xshut)}
     if wiring.reset is not None:
         uses[wiring.reset] = ("RST", _SINGLE)
+    if wiring.clock is not None:
+        uses[wiring.clock] = ("clock", _SINGLE)
     if not wiring.own_supply:
         uses[board.supply] = ("supply", _BUS)
     uses["GND"] = ("ground", _BUS)

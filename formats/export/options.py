@@ -18,6 +18,10 @@ class ExportOptions(Options):
     """Number of points of each target to draw in a glb, coloured by coverage."""
     board: ControllerName | None = None
     """Controller board of each ring, for firmware. Default: the scene's."""
+    scheduled: bool = False
+    """Let no two sensors fire together that may disturb each other: the firmware starts each in its
+    slot of the firing schedule (``place-rings schedule``), which is written beside it. Default: all
+    fire at once."""
     readings: bool = False
     """In an mcap, also what the sensors would report, from a twin in MuJoCo (extra mujoco)."""
     base_frame: BaseFrame | None = None

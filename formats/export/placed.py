@@ -15,6 +15,8 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import BASE
 from ...coverage.solids.capsules import Capsules
+from ...objectives.firing.schedule import FiringSchedule, firing_schedule
+from ...objectives.options import FiringOptions
 from ...objectives.scene import Scene
 from ..robots.urdf_folding import Picked
 from ..robots.urdf_matching import find_robot, moved_links, plain_names
@@ -49,6 +51,15 @@ class PlacedSetup:
     """Whether a log holds what the sensors would report."""
     base: BaseFrame | None = None
     """Frame in which files state the cell; None: the robot's own base."""
+    scheduled: bool = False
+    """Whether firmware keeps to the firing schedule."""
+
+    @cached_property
+    def schedule(self) -> FiringSchedule | None:
+        """The firing schedule at the scene's poses; None if all sensors fire at once."""
+        if not self.scheduled:
+            return None
+        return firing_schedule(self.robot_name, self.setup, self.scene, FiringOptions())
 
     @cached_property
     def T_world_base(self) -> Float[np.ndarray, "4 4"]:

@@ -1,14 +1,17 @@
 """The sketch of a ring: its configuration, the files that all rings share, and how to wire it."""
 
 import math
+from collections.abc import Iterable
 from functools import cache
 from importlib.resources import files
 
 from ...coverage.electronics.bus_load import CABLE_PF_M, MOST_MA, MOST_PF, RISE_NS
 from ...coverage.electronics.ring_bus import CHANNELS, BusSegment
+from .ring_slots import SYNC_S
 from .wiring import FEED_V, FIRST_MULTIPLEXER, RingWiring, address_pads, safe_name
 
 _FOLDER = "place_rings_ring"
+_SLOT_HEADER = "ring_slots.h"  # of rings that fire in slots
 DRAWING = "wiring.png"
 
 
@@ -46,6 +49,10 @@ def config(wiring: RingWiring) -> str:
             f"#define RING_TANGENT {tangent:.6f}f  // of half the field of view",
             f"#define RING_RANGING_HZ {wiring.rate_hz}",
         ]
+    if (slots := wiring.slots) is not None:
+        lines.append(f"#define RING_SLOTS {len(slots.starts_us)}")
+        if slots.shared:
+            lines.append(f"#define RING_LEADS {int(slots.leads)}  // raises the clock line")
     lines += [
         "",
         "namespace ring_config {",
@@ -67,14 +74,34 @@ def config(wiring: RingWiring) -> str:
             f"const Place PLACES[COUNT] = {{{places}}};",
         ]
     else:
-        pins = ", ".join(map(str, wiring.xshut))
-        lines.append(f"const uint8_t XSHUT[COUNT] = {{{pins}}};  // in the order of the sensors")
-    return "\n".join([*lines, "", "}  // namespace ring_config", ""])
+        lines.append(f"const uint8_t XSHUT[COUNT] = {_array(wiring.xshut)};  // in their order")
+    return "\n".join([*lines, *_slots(wiring), "", "}  // namespace ring_config", ""])
+
+
+def _array(numbers: Iterable[int]) -> str:
+    return f"{{{', '.join(map(str, numbers))}}}"
+
+
+def _slots(wiring: RingWiring) -> list[str]:
+    """Return the lines of the configuration that say when each sensor may range."""
+    if (slots := wiring.slots) is None:
+        return []
+    clock = [] if wiring.clock is None else [f"const uint8_t CLOCK_PIN = {wiring.clock};"]
+    return [
+        *clock,
+        f"const uint32_t CYCLE_US = {slots.cycle_us}, SYNC_US = {round(1e6 * SYNC_S)};",
+        f"const uint32_t RANGING_MS = {slots.ranging_us // 1000};",
+        "// Beginning of each slot from that of a cycle, latest start in it, and its end.",
+        f"const uint32_t SLOT_US[RING_SLOTS] = {_array(slots.starts_us)};",
+        f"const uint32_t LATEST_US[RING_SLOTS] = {_array(slots.latest_us)};",
+        f"const uint32_t END_US[RING_SLOTS] = {_array(slots.ends_us)};",
+        f"const uint8_t SLOT_OF[COUNT] = {_array(slots.slot)};  // of each sensor",
+    ]
 
 
 def sketch(wiring: RingWiring) -> dict[str, bytes]:
     """Return the files of a ring's sketch, by their paths below the output folder."""
-    texts = _texts()
+    texts = {name: text for name, text in _texts().items() if wiring.slots or name != _SLOT_HEADER}
     texts = {
         f"{wiring.name}.ino": texts[f"{_FOLDER}.ino"],
         "ring_config.h": config(wiring),
@@ -108,12 +135,12 @@ def instructions(wiring: RingWiring) -> str:
         "",
         *_supply(wiring),
         "",
+        *_when(wiring),
         "## Bus",
         "",
         *([f"Why multiplexers: {wiring.because}.", ""] if wiring.because else []),
         f"Clock {wiring.bus.hertz // 1000} kHz, busy for {100 * wiring.bus.busy:.0f} % of the time."
-        f" {wiring.rate_hz} readings of every sensor a second, in frames of {wiring.frame_bytes}"
-        f" bytes: {wiring.rate_hz * wiring.frame_bytes} bytes a second."
+        f" {_rates(wiring)}"
         f" Limits by NXP's UM10204: {MOST_PF:.0f} pF, {MOST_MA:g} mA, rise"
         f" {RISE_NS[wiring.bus.hertz]:.0f} ns.",
         "",
@@ -149,6 +176,54 @@ def _assumption(wiring: RingWiring) -> list[str]:
     ]
 
 
+def _rates(wiring: RingWiring) -> str:
+    """Return how often the ring sends, and how often its sensors range."""
+    each, size = "readings of every sensor a second", wiring.frame_bytes
+    if wiring.slots is None:
+        sent = wiring.rate_hz * size
+        return f"{wiring.rate_hz} {each}, in frames of {size} bytes: {sent} bytes a second."
+    frames = 1000 / wiring.period_ms
+    return (
+        f"{wiring.slots.rate_hz:.3g} {each}, and {frames:.3g} frames of {size} bytes:"
+        f" {frames * size:.0f} bytes a second; each frame has every sensor's latest reading."
+    )
+
+
+def _when(wiring: RingWiring) -> list[str]:
+    """Return the section on the slots of a ring; nothing if all its sensors range at once."""
+    if (slots := wiring.slots) is None:
+        return []
+    rows = [
+        f"| {n} | {start / 1000:.1f} to {end / 1000:.1f} | {who or '–'} |"
+        for n, (start, end) in enumerate(zip(slots.starts_us, slots.ends_us, strict=True))
+        for who in [", ".join(str(i) for i, slot in enumerate(slots.slot) if slot == n)]
+    ]
+    clock = []
+    if wiring.clock is not None:
+        rings, pin = ", ".join(map(str, slots.rings)), wiring.controller.label(wiring.clock)
+        part = (
+            "This ring raises it at the beginning of each cycle."
+            if slots.leads
+            else f"Ring {slots.rings[0]} raises it; without it no sensor ranges, and all are sent"
+            " as failed."
+        )
+        clock = [
+            f"The rings {rings} keep in step by one wire: connect {pin} of this board with the pin"
+            f" of the clock line of the others, and all their grounds. {part}",
+            "",
+        ]
+    return [
+        "## Slots",
+        "",
+        "No two sensors range at once that may disturb each other."
+        f" A cycle has {slots.cycle_us / 1000:.1f} ms.",
+        "",
+        *clock,
+        *("| slot | ms | sensors |", "| ---: | ---: | --- |", *rows),
+        "",
+    ]
+
+
 def _wires(wiring: RingWiring) -> list[str]:
     board = wiring.controller
     bus = [
@@ -156,6 +231,8 @@ def _wires(wiring: RingWiring) -> list[str]:
         f"| {board.label(board.scl)} | SCL |",
         "| GND | GND |",
     ]
+    if wiring.clock is not None:
+        bus.append(f"| {board.label(wiring.clock)} | the clock line of the other rings |")
     if wiring.reset is None:
         lines = [
             f"| {board.label(pin)} | {wiring.driver.enable} of sensor {i} ({angle:g}°) |"

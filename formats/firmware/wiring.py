@@ -27,7 +27,9 @@ from ...coverage.electronics.ring_bus import (
 )
 from ...coverage.rings.ring import Group, Setup
 from ...coverage.sensors.sensor import Sensor
+from ...objectives.firing.schedule import FiringSchedule
 from ..ring_frame import Grid, frame_length
+from .ring_slots import RingSlots, ring_slots
 
 FIRST_MULTIPLEXER = 0x70
 FEED_V = 24.0  # V, of the supply at the base that feeds the regulators of all rings
@@ -63,16 +65,23 @@ class RingWiring:
     """Sensors on each multiplexer, in the order of their addresses; empty without."""
     because: str
     """Why the sensors need multiplexers; empty without them, or if they were chosen."""
+    slots: RingSlots | None = None
+    """When each sensor may range; None: all range at once."""
 
     @property
     def rate_hz(self) -> int:
-        """Readings of every sensor, and frames, per second."""
+        """Readings of every sensor, and frames, per second, if all range at once."""
         return self.bus.rate_hz
 
     @property
     def period_ms(self) -> int:
         """Time between frames, ms."""
-        return 1000 // self.bus.rate_hz
+        return 1000 // self.bus.rate_hz if self.slots is None else self.slots.frame_ms
+
+    @property
+    def clock(self) -> int | None:
+        """Pin of the line that carries the clock of several rings; None without one."""
+        return self.controller.lines[-1] if self.slots and self.slots.shared else None
 
     @property
     def zones(self) -> int:
@@ -98,9 +107,9 @@ class RingWiring:
 
     @property
     def pins(self) -> tuple[int, ...]:
-        """All pins in use: SDA, SCL, then the reset or the XSHUT lines."""
-        reset = () if self.reset is None else (self.reset,)
-        return (self.controller.sda, self.controller.scl, *reset, *self.xshut)
+        """All pins in use: SDA, SCL, then the reset or the XSHUT lines, and the clock line."""
+        single = (pin for pin in (self.reset, *self.xshut, self.clock) if pin is not None)
+        return (self.controller.sda, self.controller.scl, *single)
 
     @property
     def places(self) -> tuple[tuple[int, int], ...]:
@@ -213,16 +222,26 @@ def plan_ring(title: str, group: Group, electronics: Electronics, name: str = "r
     )
 
 
-def plan_setup(setup: Setup, electronics: Electronics) -> tuple[RingWiring, ...]:
+def plan_setup(
+    setup: Setup, electronics: Electronics, schedule: FiringSchedule | None = None
+) -> tuple[RingWiring, ...]:
     """Return the wirings of all rings and single sensors of a setup, in the order of their numbers.
+
+    Args:
+        setup: the sensors.
+        electronics: how they are read.
+        schedule: in whose slots they fire; None: all range at once.
 
     Raises:
         ValueError: if one cannot be wired so.
     """
-    return tuple(
+    wirings = [
         plan_ring(f"ring {i} ({one.link})", one, electronics, f"ring{i}_{_plain(one.link)}")
         for i, one in enumerate(setup.groups)
-    )
+    ]
+    hertz = [wiring.bus.hertz for wiring in wirings]
+    each = {} if schedule is None else ring_slots(setup, schedule, hertz)
+    return tuple(replace(wiring, slots=each.get(i)) for i, wiring in enumerate(wirings))
 
 
 def address_pads(number: int) -> str:

@@ -3,9 +3,9 @@
 Rings whose sensors may disturb those of another ring share the slots of one group, which need a
 common clock: one controller, or a line for synchronisation. A ring of which no sensor may disturb
 another fires all its sensors at once, at the rate of its bus. Otherwise each sensor of the group
-fires once in the sum of its slots. A slot counts ranging and transfer one after the other; the
-start commands are in the transferred bytes. What a sensor needs beyond that to start ranging at a
-command is not known, and not counted.
+fires once in the sum of its slots. A slot counts a guard time, ranging and transfer one after the
+other; the start commands are in the transferred bytes. What a sensor needs beyond that to start
+ranging at a command is not known, and not counted.
 """
 
 import time
@@ -26,7 +26,7 @@ from ...coverage.rings.ring import Setup
 from ..options import FiringOptions
 from ..scene import Scene
 from .interference import Interference, interference
-from .slots import EXACT_S, FiringProblem, slots
+from .slots import EXACT_S, GUARD_S, FiringProblem, slots
 
 _ROUNDING = 1e-9  # Hz
 
@@ -207,7 +207,7 @@ def _timed(
     between = np.zeros((len(times), len(times)), bool)
     between[tuple(ring[meetings.pairs].T)] = True
     count, group_of = connected_components(between, directed=False)
-    ranging = np.array([t.ranging_s for t in times])[ring]
+    ranging = np.array([t.ranging_s + GUARD_S for t in times])[ring]
     transfer = np.array([t.transfer_s or 0.0 for t in times])[ring]
     groups, rates = list[FiringGroup](), list[RingRate]()
     for group in range(count):
@@ -215,7 +215,8 @@ def _timed(
         problem = FiringProblem(conflicts[np.ix_(own, own)], ranging[own], transfer[own], ring[own])
         timed = slots(problem, EXACT_S if exact else 0.0)
         alone, here = len(timed.seconds) == 1, np.unique(ring[own])
-        period = 1 / min(times[r].free_hz for r in here) if alone else timed.period
+        slowest = min(times[r].free_hz for r in here)
+        period = 1 / slowest if alone else timed.period
         lengths = np.array([period]) if alone else timed.seconds
         groups.append(
             FiringGroup(
@@ -233,7 +234,7 @@ def _timed(
                 sensors=setup.groups[r].count,
                 group=group,
                 slots=len(np.unique(timed.slot[ring[own] == r])),
-                rate_hz=min(times[r].free_hz, 1 / period),
+                rate_hz=min(slowest, 1 / period),
             )
             for r in here
         ]

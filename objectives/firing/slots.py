@@ -1,11 +1,11 @@
 """Slots of time, so that no two sensors that disturb each other fire in the same one.
 
-A slot lasts as long as its slowest sensor ranges, and then as long as the busiest ring transfers
-the readings of its own sensors; rings transfer at the same time. The sum of all slots is the period
-of the sensors. Least periods are a graph colouring with times, which is NP-hard: a greedy one by
-saturation (DSATUR, Brélaz, 1979), improved by repeated greedy colourings in the order of the
-classes (Culberson, 1992), is exact where it meets a lower bound by a clique; else an integer
-programme (HiGHS) solves small cases, and bounds the others.
+A slot lasts as long as its slowest sensor ranges, with the guard time, and then as long as the
+busiest ring transfers the readings of its own sensors; rings transfer at the same time. The sum of
+all slots is the period of the sensors. Least periods are a graph colouring with times, which is
+NP-hard: a greedy one by saturation (DSATUR, Brélaz, 1979), improved by repeated greedy colourings
+in the order of the classes (Culberson, 1992), is exact where it meets a lower bound by a clique;
+else an integer programme (HiGHS) solves small cases, and bounds the others.
 """
 
 from dataclasses import dataclass
@@ -18,6 +18,10 @@ from scipy.sparse import coo_array
 
 MOST_EXACT = 60  # sensors of an integer programme
 EXACT_S = 5.0  # s, most time of one
+GUARD_S = 0.002
+"""Guard time of a slot, s: how late a sensor may start without ranging into the next slot. It
+covers the difference of the rings' clocks and what a controller does meanwhile, such as the
+transfer of a reading or a frame."""
 _ROUNDS = 60  # of greedy colourings
 _NEAR = 1e-9  # s
 
@@ -29,7 +33,7 @@ class FiringProblem:
     conflicts: Bool[np.ndarray, "K K"]
     """Which sensors must not fire in the same slot: symmetric, False on the diagonal."""
     ranging: Float[np.ndarray, " K"]
-    """Time in which each sensor ranges, s."""
+    """Time in which each sensor ranges, with the guard time, s."""
     transfer: Float[np.ndarray, " K"]
     """Time in which each sensor's reading is transferred, s."""
     ring: Int[np.ndarray, " K"]

@@ -15,8 +15,8 @@ def firing_section(schedule: FiringSchedule) -> Iterator[str]:
     yield (
         "Two sensors whose light reaches the same place may both lose their target. Here no two of"
         " them range at the same time. This is slower than all at once, and only counts where the"
-        " electronics keep to these slots: the exported firmware does not, its sensors range at the"
-        " rate of their bus.\n"
+        " electronics keep to these slots: `place-rings export --to firmware --scheduled` writes"
+        " firmware that does; without `--scheduled` sensors range at the rate of their bus.\n"
     )
     rows = [[escaped(cell) for cell in ring_row(ring)] for ring in schedule.rings]
     yield table(ring_heads(schedule), rows, right=(0, *range(2, 10)))

@@ -17,7 +17,7 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.objectives.firing.interference import interference, may_disturb
 from place_rings.objectives.firing.schedule import firing_schedule
-from place_rings.objectives.firing.slots import FiringProblem, greedy, slots
+from place_rings.objectives.firing.slots import GUARD_S, FiringProblem, greedy, slots
 from place_rings.objectives.obstacle import Obstacle
 from place_rings.objectives.options import FiringOptions
 from place_rings.objectives.scene import Scene
@@ -178,7 +178,7 @@ def test_rates_follow_from_slots_ranging_and_bus():
     (group,) = result.groups
     for slot in group.slots:
         most = max(np.bincount([ring for ring, _ in slot.sensors]))
-        assert slot.seconds == pytest.approx(0.038 + most * 60 * 9 / 400_000)
+        assert slot.seconds == pytest.approx(0.038 + GUARD_S + most * 60 * 9 / 400_000)
     assert group.period_s == pytest.approx(sum(slot.seconds for slot in group.slots))
     assert {r.rate_hz for r in result.rings} == {1 / group.period_s}
     fired = [tuple(s) for slot in group.slots for s in slot.sensors]

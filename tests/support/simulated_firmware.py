@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
@@ -47,6 +47,10 @@ class Run:
     """Other pins that the sketch drove."""
     longest_s: float
     """Longest time between two frames, s."""
+    light: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    """Begin and end of each ranging of each sensor, µs of the board, with the event ``light``."""
+    edges: list[int] = field(default_factory=list)
+    """Rising edges on the watched pin, µs of the board."""
 
 
 def compiled(*words: object) -> None:
@@ -88,6 +92,12 @@ def _program(files: tuple[tuple[str, bytes], ...], board: str) -> Path:
     return folder / "run"
 
 
+def build_files(folder: Path, name: str, board: str) -> Path:
+    """Compile the sketch that lies in the folder ``name`` of an exported folder."""
+    code = {f"{name}/{file.name}": file.read_bytes() for file in (folder / name).iterdir()}
+    return _program(tuple(code.items()), board)
+
+
 def build(wiring: RingWiring, board: str = "") -> Path:
     """Compile a ring's sketch with the headers of its board, or of another; equal sketches are
     compiled once."""
@@ -122,7 +132,12 @@ def run(
     ]
     done = subprocess.run([program], input="\n".join(lines).encode(), capture_output=True)
     assert not done.returncode, done.stderr.decode()
-    report = {words[0]: words[1:] for words in map(str.split, done.stderr.decode().splitlines())}
+    words = [*map(str.split, done.stderr.decode().splitlines())]
+    report = {line[0]: line[1:] for line in words}
+    light: dict[int, list[tuple[int, int]]] = {i: [] for i in range(wiring.count)}
+    for line in words:
+        if line[0] == "light":
+            light[int(line[1])].append((int(line[2]), int(line[3])))
     decoder = Decoder(wiring.count)
     sda, scl, hertz, busy_us, us = map(int, report["bus"])
     return Run(
@@ -134,4 +149,6 @@ def run(
         busy_us / us,
         set(map(int, report["pins"])),
         int(report["longest_us"][0]) / 1e6,
+        light,
+        [int(line[1]) for line in words if line[0] == "edge"],
     )

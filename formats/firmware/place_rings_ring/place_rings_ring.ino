@@ -7,6 +7,8 @@
 // A sensor that does not start, or does not answer in time, is reported as FAILED and restarted from time to time. At most one
 // sensor starts between two frames, so that no number of failed sensors silences the ring. Sensors with zones take seconds to start:
 // all start before the first frame, and one that fails stays FAILED until the board restarts.
+//
+// With RING_SLOTS each sensor ranges once in a cycle, in its slot (ring_slots.h), and frames hold the latest readings.
 
 #include <Wire.h>
 
@@ -15,13 +17,20 @@
 #include "ring_serial.h"
 #include "ring_bus.h"
 #include "ring_sensor.h"
+#if defined(RING_SLOTS)
+#include "ring_slots.h"
+#endif
 
 using ring_config::COUNT;
 using ring_config::PERIOD_MS;
 
 const uint32_t BAUD = 460800;
 const uint16_t HELLO_EVERY = 16;  // frames between two hellos with the board's serial number
+#if defined(RING_SLOTS)
+const uint32_t ANSWER_MS = 200 + 2 * ring_config::CYCLE_US / 1000;  // without an answer, after which a sensor has failed
+#else
 const uint32_t ANSWER_MS = 200;  // without an answer, after which a sensor has failed
+#endif
 const uint32_t RETRY_MS = 5000;  // between attempts to start one that failed
 
 #if defined(RING_ROWS)
@@ -92,10 +101,46 @@ void fail(uint8_t i) {
   ring_bus::hold(i);
 }
 
+#if defined(RING_SLOTS)
+bool fired[COUNT], ranging[COUNT];  // in this cycle; now
+
+void stop(uint8_t i) {
+  ranging[i] = false;
+  if (ring_bus::reach(i)) ring_sensor::stop(i);
+}
+
+// Start the sensors that may start now, and stop those that have not ended with their slot.
+void keep_slots() {
+  const bool begun = ring_slots::next_cycle();
+  for (uint8_t i = 0; i < COUNT; i++) {
+    if (begun) fired[i] = false;
+    if (!running[i]) ranging[i] = false;
+    if (ranging[i] && (begun || ring_slots::over(i))) stop(i);
+    if (!running[i] || fired[i] || !ring_slots::open(i) || !ring_bus::reach(i) || !ring_slots::open(i)) continue;
+    fired[i] = ranging[i] = true;
+    ring_sensor::fire(i);
+  }
+}
+
+bool may_answer(uint8_t i) {
+  if (ring_slots::going) return ranging[i];
+  for (size_t z = 0; z < ZONES; z++) readings[i * ZONES + z].status = ring_frame::FAILED;  // no clock: it must not range
+  answered[i] = millis();
+  return false;
+}
+
+void took(uint8_t i) { ranging[i] = false; }
+#else
+void keep_slots() {}
+bool may_answer(uint8_t) { return true; }
+void took(uint8_t) {}
+#endif
+
 // Take a sensor's new reading, if it has one; a failure that it reports is no answer.
 void take_reading(uint8_t i) {
   if (!running[i]) return;
-  if (ring_bus::reach(i) && ring_sensor::ready(i)) {
+  if (may_answer(i) && ring_bus::reach(i) && ring_sensor::ready(i)) {
+    took(i);
     if (read_sensor(i)) answered[i] = millis();
   }
   if (uint32_t(millis() - answered[i]) > ANSWER_MS) fail(i);
@@ -126,11 +171,15 @@ void setup() {
   for (uint8_t i = 0; i < COUNT; i++) answered[i] = millis();
   last_us = micros();
   due_ms = millis();
+#if defined(RING_SLOTS)
+  ring_slots::begin();
+#endif
 }
 
 void loop() {
   for (uint8_t i = 0; i < COUNT; i++) {
     take_reading(i);
+    keep_slots();
     send_frame();
   }
   start_next();

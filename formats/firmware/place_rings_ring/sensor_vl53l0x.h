@@ -12,6 +12,25 @@ using namespace ring_config;
 
 static VL53L0X sensors[COUNT];
 
+#if defined(RING_SLOTS)
+static uint8_t stop_variable[COUNT];  // as in the library, which reads a single ranging only by waiting for it
+
+inline void open_page(VL53L0X& sensor, bool open) {
+  if (open) sensor.writeReg(0x80, 0x01), sensor.writeReg(0xFF, 0x01), sensor.writeReg(0x00, 0x00);
+  if (!open) sensor.writeReg(0x00, 0x01), sensor.writeReg(0xFF, 0x00), sensor.writeReg(0x80, 0x00);
+}
+
+inline void fire(uint8_t i) {
+  open_page(sensors[i], true);
+  sensors[i].writeReg(0x91, stop_variable[i]);
+  open_page(sensors[i], false);
+  sensors[i].writeReg(VL53L0X::SYSRANGE_START, 0x01);
+}
+
+// A single ranging ends by itself; a reading that comes too late is dropped.
+inline void stop(uint8_t i) { sensors[i].writeReg(VL53L0X::SYSTEM_INTERRUPT_CLEAR, 0x01); }
+#endif
+
 // Start sensor i, which answers at its default address, and move it to `address`.
 inline bool start(uint8_t i, uint8_t address) {
   VL53L0X& sensor = sensors[i];
@@ -19,8 +38,15 @@ inline bool start(uint8_t i, uint8_t address) {
   sensor.setTimeout(50);
   if (!sensor.init()) return false;
   if (address != SENSOR_ADDRESS) sensor.setAddress(address);
+#if defined(RING_SLOTS)
+  if (!sensor.setMeasurementTimingBudget((RANGING_MS - 10) * 1000)) return false;
+  open_page(sensor, true);
+  stop_variable[i] = sensor.readReg(0x91);
+  open_page(sensor, false);
+#else
   if (!sensor.setMeasurementTimingBudget(uint32_t(PERIOD_MS - 10) * 1000)) return false;
   sensor.startContinuous(PERIOD_MS);
+#endif
   return true;
 }
 

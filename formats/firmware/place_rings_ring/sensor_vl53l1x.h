@@ -20,10 +20,19 @@ inline bool start(uint8_t i, uint8_t address) {
   if (!sensor.init()) return false;
   if (address != SENSOR_ADDRESS) sensor.setAddress(address);
   sensor.setDistanceMode(VL53L1X::RING_DISTANCE_MODE);
+#if defined(RING_SLOTS)
+  sensor.setMeasurementTimingBudget((RANGING_MS - 5) * 1000);
+#else
   sensor.setMeasurementTimingBudget(uint32_t(PERIOD_MS - 5) * 1000);
   sensor.startContinuous(PERIOD_MS);
+#endif
   return true;
 }
+
+#if defined(RING_SLOTS)
+inline void fire(uint8_t i) { sensors[i].readSingle(false); }
+inline void stop(uint8_t i) { sensors[i].stopContinuous(); }
+#endif
 
 inline bool ready(uint8_t i) { return sensors[i].dataReady(); }
 

@@ -4,6 +4,7 @@
 #include <Wire.h>
 #include <vl53l4cd_class.h>
 
+#include "ring_bus.h"
 #include "ring_config.h"
 #include "ring_frame.h"
 
@@ -24,9 +25,25 @@ inline bool start(uint8_t i, uint8_t address) {
   sensor = Sensor();
   sensor.begin();
   if (sensor.InitSensor(uint8_t(address << 1)) != VL53L4CD_ERROR_NONE) return false;
+#if defined(RING_SLOTS)
+  return sensor.VL53L4CD_SetRangeTiming(RANGING_MS - 5, 1000) == VL53L4CD_ERROR_NONE;  // it is stopped long before the second
+#else
   if (sensor.VL53L4CD_SetRangeTiming(PERIOD_MS - 5, PERIOD_MS) != VL53L4CD_ERROR_NONE) return false;
   return sensor.VL53L4CD_StartRanging() == VL53L4CD_ERROR_NONE;
+#endif
 }
+
+#if defined(RING_SLOTS)
+// As the library starts a sensor with a period, which then waits for the first reading and drops it.
+inline void fire(uint8_t i) {
+  Wire.beginTransmission(ring_bus::address(i));
+  Wire.write(uint8_t(0x00)), Wire.write(uint8_t(0x87));  // SYSTEM_START
+  Wire.write(uint8_t(0x40));
+  Wire.endTransmission();
+}
+
+inline void stop(uint8_t i) { sensors[i].VL53L4CD_StopRanging(), sensors[i].VL53L4CD_ClearInterrupt(); }
+#endif
 
 inline bool ready(uint8_t i) {
   uint8_t is_ready = 0;
@@ -57,7 +74,11 @@ inline ring_frame::Reading read(uint8_t i) {
   VL53L4CD_Result_t result;
   ring_frame::Reading reading = {0, ring_frame::FAILED};
   if (sensors[i].VL53L4CD_GetResult(&result) != VL53L4CD_ERROR_NONE) return reading;
+#if defined(RING_SLOTS)
+  stop(i);
+#else
   sensors[i].VL53L4CD_ClearInterrupt();
+#endif
   reading.mm = result.distance_mm;
   reading.status = status_of(result.range_status);
   return reading;

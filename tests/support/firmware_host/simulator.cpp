@@ -6,6 +6,9 @@
 //   reset PIN                                                        of the multiplexers
 //   at MS reading SENSOR MM CODE | at MS off SENSOR | at MS on SENSOR | at MS stuck SENSOR | at MS free SENSOR
 //   at MS lost 0                                                     the multiplexers lose their channels, as with their supply
+//   light                                                            report when each sensor emits light
+//   watch PIN                                                        report the rising edges that the sketch puts on a pin
+//   edge US                                                          a rising edge on the pin that has an interrupt
 //   run MS
 
 #include "core/simulator.h"
@@ -33,8 +36,8 @@ struct Sensor {
   bool off = false, stuck = false;  // faults
   uint8_t address = 0x29;
   uint64_t awake_us = 0;  // when it boots
-  bool shut = false, ranging = false, ready = false;
-  uint64_t next_us = 0;
+  bool shut = false, ranging = false, ready = false, single = false;
+  uint64_t next_us = 0, lit_us = 0;  // when a reading is ready; when it began to emit
   uint32_t period_ms = 50;
   uint16_t mm = 0, at = 0;
   uint8_t code = 0;
@@ -48,7 +51,18 @@ struct Event {
   unsigned mm, code;
 };
 
+struct Light {
+  size_t sensor;
+  uint64_t begin, end;
+};
+
 std::vector<Sensor> sensors;
+std::vector<Light> lights;
+std::vector<uint64_t> raised;  // edges of the watched pin
+std::deque<uint64_t> edges;
+void (*on_edge)() = nullptr;
+int watched = -1;
+bool report_light = false;
 std::map<int, uint8_t> multiplexers;  // channels by address
 std::deque<Event> events;
 std::map<int, bool> output, level;
@@ -63,8 +77,32 @@ uint32_t hertz = 100000, timeout_ms = 50, baud = 0;
   std::exit(3);
 }
 
+uint32_t number(Sensor& sensor, uint16_t at, uint32_t otherwise) {
+  const uint32_t value = uint32_t(sensor.registers[at] << 8 | sensor.registers[uint16_t(at + 1)]);
+  return value ? value : otherwise;
+}
+
+// Where the libraries here write the period and the time of a ranging, ms.
+uint64_t period_us(Sensor& sensor) { return 1000ull * number(sensor, 0x62, sensor.period_ms); }
+uint64_t ranging_us(Sensor& sensor) { return sensor.single || number(sensor, 0x62, 0) ? 1000ull * number(sensor, 0x60, 50) : period_us(sensor); }
+
+void dark(Sensor& sensor) {
+  if (sensor.ranging && us > sensor.lit_us) lights.push_back({size_t(&sensor - sensors.data()), sensor.lit_us, us});
+  sensor.ranging = false;
+}
+
+// Note the rangings that have ended; unless it is a single one, the next begins after the period.
+void shine(Sensor& sensor) {
+  while (sensor.ranging && us >= sensor.lit_us + ranging_us(sensor)) {
+    lights.push_back({size_t(&sensor - sensors.data()), sensor.lit_us, sensor.lit_us + ranging_us(sensor)});
+    sensor.ranging = !sensor.single;
+    sensor.lit_us += period_us(sensor);
+  }
+}
+
 void boot(Sensor& sensor) {
   const uint64_t awake = us + 1200;
+  dark(sensor);
   sensor.address = 0x29, sensor.ranging = sensor.ready = false, sensor.awake_us = awake;
   sensor.registers.clear();
 }
@@ -82,7 +120,9 @@ void set_word(Sensor& sensor, uint16_t at, uint16_t value) {
 
 // Registers of the sensors that the libraries here read, by their numbers in ST's drivers.
 void measure(Sensor& sensor) {
-  if (!sensor.ranging || sensor.ready || us < sensor.next_us) return;
+  const bool done = sensor.ranging && !sensor.ready && us >= sensor.next_us;
+  shine(sensor);
+  if (!done) return;
   sensor.ready = true;
   if (sensor.words) {
     sensor.registers[0x89] = sensor.code;
@@ -94,14 +134,20 @@ void measure(Sensor& sensor) {
 }
 
 void written(Sensor& sensor, uint16_t at, uint8_t value) {
+  const bool page = !sensor.words && at != 0xFF && sensor.registers[0xFF];  // of a vl53l0x, with other registers
+  if (page) return;
   sensor.registers[at] = value;
   const bool start = at == (sensor.words ? 0x87 : 0x00), clear = at == (sensor.words ? 0x86 : 0x0B);
   if (at == (sensor.words ? 0x01 : 0x8A)) sensor.address = value & 0x7F;
-  if (sensor.words && at == 0x00 && value == 0) sensor.ranging = sensor.ready = false;  // soft reset
-  if (start) sensor.ranging = value != 0, sensor.ready = false, sensor.next_us = us + 1000ull * sensor.period_ms;
+  if (sensor.words && at == 0x00 && value == 0) dark(sensor), sensor.ready = false;  // soft reset
+  if (start) {
+    dark(sensor);
+    sensor.ready = false, sensor.single = value == (sensor.words ? 0x10 : 0x01);
+    sensor.ranging = value != 0 && value != 0x80, sensor.lit_us = us, sensor.next_us = us + ranging_us(sensor);
+  }
   if (clear && sensor.ready) {
     sensor.ready = false;
-    while (sensor.next_us <= us) sensor.next_us += 1000ull * sensor.period_ms;
+    while (sensor.next_us <= us) sensor.next_us += period_us(sensor);
   }
 }
 
@@ -170,13 +216,16 @@ void pin_mode(int pin, bool out) {
 
 void pin_level(int pin, bool high) {
   if (!output.count(pin)) fault("pin " + std::to_string(pin) + " is written before its mode is set");
+  const bool was = level[pin];
   level[pin] = high;
   const bool low = output[pin] && !high;
+  if (pin == watched && high && !was) raised.push_back(us);
   if (pin == reset_pin && low)
     for (auto& one : multiplexers) one.second = 0;
   for (Sensor& sensor : sensors)
     if (sensor.xshut == pin && sensor.shut != low) {
       sensor.shut = low;
+      if (low) dark(sensor);
       if (!low) boot(sensor);
     }
 }
@@ -184,9 +233,20 @@ void pin_level(int pin, bool high) {
 uint64_t now_us() { return us; }
 
 void pass_us(uint64_t more) {
-  us += more;
+  const uint64_t until = us + more;
+  while (!edges.empty() && edges.front() <= until) {
+    us = us < edges.front() ? edges.front() : us;
+    edges.pop_front();
+    if (on_edge) on_edge();
+  }
+  us = until;
   take_events();
   for (Sensor& sensor : sensors) measure(sensor);
+}
+
+void interrupt(int pin, void (*called)()) {
+  if (!used.count(pin)) fault("pin " + std::to_string(pin) + " has an interrupt before its mode is set");
+  on_edge = called;
 }
 
 void open_serial(uint32_t rate) { baud = rate; }
@@ -251,6 +311,14 @@ int main() {
       sensors.push_back(sensor);
     } else if (word == "reset") {
       text >> reset_pin;
+    } else if (word == "light") {
+      report_light = true;
+    } else if (word == "watch") {
+      text >> watched;
+    } else if (word == "edge") {
+      uint64_t at = 0;
+      text >> at;
+      edges.push_back(at);
     } else if (word == "run") {
       text >> run_ms;
     } else if (word == "at") {
@@ -269,4 +337,7 @@ int main() {
   std::cerr << "bus " << sda << " " << scl << " " << hertz << " " << busy_us << " " << us << "\npins";
   for (int pin : used) std::cerr << " " << pin;
   std::cerr << "\nlongest_us " << longest_us << "\n";
+  for (uint64_t at : raised) std::cerr << "edge " << at << "\n";
+  if (report_light)
+    for (const Light& light : lights) std::cerr << "light " << light.sensor << " " << light.begin << " " << light.end << "\n";
 }

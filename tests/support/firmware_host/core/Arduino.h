@@ -8,10 +8,14 @@
 
 #include "simulator.h"
 
-enum { LOW = 0, HIGH = 1, INPUT = 0, OUTPUT = 1 };
+enum { LOW = 0, HIGH = 1, INPUT = 0, OUTPUT = 1, RISING = 1, INPUT_PULLDOWN = 9 };
 
 inline void pinMode(uint8_t pin, uint8_t mode) { simulator::pin_mode(pin, mode == OUTPUT); }
 inline void digitalWrite(uint8_t pin, uint8_t level) { simulator::pin_level(pin, level == HIGH); }
+inline int digitalPinToInterrupt(uint8_t pin) { return pin; }
+inline void attachInterrupt(int pin, void (*called)(), int mode) {
+  if (mode == RISING) simulator::interrupt(pin, called);
+}
 inline uint32_t micros() { return uint32_t(simulator::now_us()); }
 inline uint32_t millis() { return uint32_t(simulator::now_us() / 1000); }
 inline void delay(uint32_t ms) { simulator::pass_us(1000ull * ms); }

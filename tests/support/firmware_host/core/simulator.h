@@ -8,6 +8,7 @@ namespace simulator {
 
 void pin_mode(int pin, bool output);
 void pin_level(int pin, bool high);
+void interrupt(int pin, void (*called)());
 uint64_t now_us();
 void pass_us(uint64_t us);
 void open_serial(uint32_t baud);

@@ -22,7 +22,7 @@ class VL53L0X {
     delay(10);                                           // its two calibrations
     return true;
   }
-  bool setMeasurementTimingBudget(uint32_t us) { return us >= 20000; }
+  bool setMeasurementTimingBudget(uint32_t us) { return us >= 20000 && (writeReg(0x61, uint8_t(us / 1000 + 10)), true); }
   void startContinuous(uint32_t = 0) { writeReg(SYSRANGE_START, 0x04); }
   uint16_t readRangeContinuousMillimeters() {
     const uint32_t start = millis();

@@ -32,8 +32,10 @@ class VL53L1X {
     return true;
   }
   bool setDistanceMode(DistanceMode mode) { return mode != Unknown; }
-  bool setMeasurementTimingBudget(uint32_t us) { return us >= 20000; }
+  bool setMeasurementTimingBudget(uint32_t us) { return us >= 20000 && (put(0x61, uint8_t(us / 1000 + 5)), true); }
   void startContinuous(uint32_t) { put(0x86, 1), put(0x87, 0x40); }
+  void stopContinuous() { put(0x87, 0x80); }
+  uint16_t readSingle(bool blocking = true) { return put(0x86, 1), put(0x87, 0x10), blocking ? read() : uint16_t(0); }
   bool dataReady() { return (get(0x31) & 1) == 0; }
   uint16_t read(bool blocking = true) {
     while (blocking && !dataReady()) {

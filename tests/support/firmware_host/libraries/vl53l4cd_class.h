@@ -29,9 +29,12 @@ class VL53L4CD {
     return started();
   }
   VL53L4CD_ERROR VL53L4CD_SetRangeTiming(uint32_t budget_ms, uint32_t period_ms) {
-    return budget_ms < 10 || budget_ms > 200 || (period_ms && period_ms <= budget_ms) ? VL53L4CD_ERROR_TIMEOUT : VL53L4CD_ERROR_NONE;
+    if (budget_ms < 10 || budget_ms > 200 || (period_ms && period_ms <= budget_ms)) return VL53L4CD_ERROR_TIMEOUT;
+    const bool answers = put(0x61, uint8_t(budget_ms + 5)) && put(0x62, uint8_t(period_ms >> 8)) && put(0x63, uint8_t(period_ms));
+    return answers ? VL53L4CD_ERROR_NONE : VL53L4CD_ERROR_TIMEOUT;
   }
   VL53L4CD_ERROR VL53L4CD_StartRanging() { return started(); }
+  VL53L4CD_ERROR VL53L4CD_StopRanging() { return put(0x87, 0) ? VL53L4CD_ERROR_NONE : VL53L4CD_ERROR_TIMEOUT; }
   VL53L4CD_ERROR VL53L4CD_CheckForDataReady(uint8_t* is_ready) {
     uint8_t polarity = 0, status = 1;
     const bool answers = get(0x30, polarity) && get(0x31, status);
