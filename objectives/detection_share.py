@@ -1,19 +1,18 @@
 """Zeta of detection: the expected share of a target in which a test piece is detected in time."""
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.arrays import rows
 from ..coverage.detection.detection import Detection, bounds, detectors
-from ..coverage.detection.detectors import Detectors
 from ..coverage.detection.noticed import NEGLIGIBLE, Noticed, noticed
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
-from ..coverage.sensors.sensor import Sensor
 from ..coverage.targets.target import Target
 from ..coverage.voxels.certified_bounds import bracket
 from ..coverage.voxels.octree_cells import Cells, Region, first_cells
@@ -31,14 +30,13 @@ from .verify import VOXEL, Verifier
 LAW_ERROR = (0.045, 0.07)
 """Error of the law, as a share: that of sensors of one zone, and where some have several. It holds
 95 % of 528 questions of ``place-rings study detection`` with the seeds 100 and 101."""
-Needs = Callable[[list[Sensor], Detection], Detectors]
 _MEANS = ("zeta", "low", "high", "error", "assumed_low", "assumed_high")
-_CHUNK = 1 << 12  # pairs of a block and a sensor evaluated at once, at 64 points each
+_CHUNK = 1 << 13  # pairs of a block and a sensor evaluated at once, at 64 points for each
 _BITS = np.arange(VOXELS, dtype=np.uint64)[:, None]
 
 
 def noticed_in(
-    scene: Scene, setup: Setup, pose: int, detection: Detection, needs: Needs = detectors
+    scene: Scene, setup: Setup, pose: int, detection: Detection, assumed: bool = False
 ) -> Noticed:
     """Return where a setup and the cell's sensors detect a test piece at a pose of a scene.
 
@@ -47,16 +45,17 @@ def noticed_in(
         setup: the setup.
         pose: number of the pose.
         detection: the question.
-        needs: what the sensors need by the law's assumptions, or by others.
+        assumed: whether also by both ends of what the law's assumptions leave open.
 
     Raises:
         ValueError: if no source states a sensor's range in such light.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
     q, placed = scene.poses[pose].q, scene.with_cell(setup)
-    of = needs([group.sensor for group in placed.groups for _ in range(group.count)], detection)
+    sensors = [group.sensor for group in placed.groups for _ in range(group.count)]
+    of, ends = detectors(sensors, detection), bounds(sensors, detection) if assumed else ()
     cones = sensor_cones(scene.robot, placed, q)
-    return noticed(cones, occluders(scene, q), scene.occlusion, of, detection)
+    return noticed(cones, occluders(scene, q), scene.occlusion, of, detection, *ends)
 
 
 def several_zones(scene: Scene, setup: Setup) -> bool:
@@ -68,22 +67,23 @@ def several_zones(scene: Scene, setup: Setup) -> bool:
 class ExpectedCount:
     """Sums over a target's voxels."""
 
+    detected: Float[np.ndarray, " L"]
+    """Summed weight times the probability that the piece is detected, by each of the
+    assumptions."""
     voxels: int = 0
     """Number of voxels."""
     weight: float = 0.0
     """Summed weight."""
-    detected: float = 0.0
-    """Summed weight times the probability that the piece is detected."""
     largest: float = 0.0
     """No voxel has a larger weight."""
     pairs: Float[np.ndarray, " 3"] = field(default_factory=lambda: np.zeros(3))
-    """Over pairs of neighbours, with the difference a of weight times probability and the
-    difference b of weight, both 0 outside the target: summed a², ab and b²."""
+    """Over pairs of neighbours, with the difference a of weight times probability by the first
+    assumptions and the difference b of weight, both 0 outside the target: summed a², ab and b²."""
 
     @property
-    def zeta(self) -> float:
-        """Expected share, in [0, 1]."""
-        return min(self.detected / self.weight, 1.0)
+    def zetas(self) -> list[float]:
+        """Expected shares, in [0, 1], by each of the assumptions."""
+        return [min(float(d) / self.weight, 1.0) for d in self.detected]
 
     @property
     def error(self) -> float:
@@ -92,7 +92,7 @@ class ExpectedCount:
         It is computed as that of a covered share (``PointCount.error``): the residual of a voxel is
         its weight times (probability - zeta).
         """
-        return error_of(self.pairs, self.zeta, self.largest, self.weight)
+        return error_of(self.pairs, self.zetas[0], self.largest, self.weight)
 
 
 def count_expected(
@@ -130,10 +130,10 @@ def count_expected(
             weight *= weights.levels_at(points.reshape(-1, 3)).reshape(weight.shape)
             count.weight += float(weight.sum())
             count.largest = max(count.largest, float(weight.max(initial=0.0)))
-        detected = weight * _probability(noticed, blocks, points, wanted.voxel)
-        count.detected += float(detected.sum())
+        each = weight * _probability(noticed, blocks, points, wanted.voxel)
+        count.detected += [float(detected.sum()) for detected in each]
         for axis in range(3):  # bits 0, 1 and 2 of a voxel's number tell partners apart
-            a, b = (np.diff(v.reshape(8, 2, 2, 2, -1), axis=3 - axis) for v in (detected, weight))
+            a, b = (np.diff(v.reshape(8, 2, 2, 2, -1), axis=3 - axis) for v in (each[0], weight))
             count.pairs[:2] += (a * a).sum(), (a * b).sum()
             if weights is not None:
                 count.pairs[2] += (b * b).sum()
@@ -158,19 +158,22 @@ def _blocks(noticed: Noticed, wanted: VoxelSet, start: Cells, keep: bool) -> Ite
 
 def _probability(
     noticed: Noticed, blocks: Cells, points: Float[np.ndarray, "64 B 3"], voxel: float
-) -> Float[np.ndarray, "64 B"]:
-    """Return the probability of detection at the points of blocks' voxels."""
+) -> Float[np.ndarray, "L 64 B"]:
+    """Return the probability of detection at the points of blocks' voxels, by each of the
+    assumptions."""
     (cell, sensor), count = blocks.pairs[0], len(blocks)
-    middle = centre(blocks.numbers, LEVEL, voxel)[cell]
+    middle = rows(centre(blocks.numbers, LEVEL, voxel), cell)
     each = noticed.chances(middle, sensor, 3**0.5 / 2 * voxel * (1 << LEVEL))
     low, high = (noticed.together(p, cell, count) for p in (each.low, each.high))
-    value = np.broadcast_to((low + high) / 2, points.shape[:2]).copy()
+    value = np.repeat(((low + high) / 2)[:, None], len(points), axis=1)
     open_ = high - low > NEGLIGIBLE
-    if open_.any():
-        pairs, number = np.flatnonzero(open_[cell]), np.cumsum(open_) - 1
-        cell, sensor = cell[pairs], sensor[pairs]
-        chance = noticed.chance(points[:, cell], sensor, each.in_view[pairs])
-        value[:, open_] = noticed.together(chance, number[cell], int(open_.sum()))
+    some = open_.any(axis=0)
+    if some.any():
+        pairs = np.flatnonzero(some[cell] & (each.high > 0).any(axis=0))
+        cell, sensor, number = cell[pairs], sensor[pairs], np.cumsum(some) - 1
+        chance = noticed.chance(rows(points, cell), sensor)
+        exact = noticed.together(chance, number[cell], int(some.sum()))
+        value[..., some] = np.where(open_[:, None, some], exact, value[..., some])
     return value
 
 
@@ -180,9 +183,11 @@ def at_pose(
     target: Target,
     pose: int,
     detection: Detection,
-    needs: Needs = detectors,
+    assumed: bool = False,
 ) -> PoseDetected:
     """Return zeta of detection at a pose, by the rule and on the voxels of ``verifier``.
+
+    With ``assumed`` a count also has the ends of what the law's assumptions leave open.
 
     Under the rule ``certified`` the interval holds the mean of the law over the target, by cells of
     the verifier's voxel or of 0.01 m: its width falls with their side, so a requested width would
@@ -192,20 +197,23 @@ def at_pose(
         ValueError: as ``Verifier.verify``; for the rule ``touch``; in light without a figure.
     """
     scene = verifier.scene
-    law, weight = noticed_in(scene, setup, pose, detection, needs), float(scene.pose_weights[pose])
+    certified, weight = verifier.rule == "certified", float(scene.pose_weights[pose])
+    law = noticed_in(scene, setup, pose, detection, assumed and not certified)
     solid = scene.solid(target, pose)
-    if verifier.rule == "certified":
+    if certified:
         verifier.at(pose)
         b = bracket(solid, law, 0.0, verifier.voxel or VOXEL, weights=target.importance)
         # what was left out: a sensor adds at most its own probability
         low, high = b.low, min(b.high + len(law) * NEGLIGIBLE, 1.0)
         return PoseDetected(weight=weight, zeta=(low + high) / 2, low=low, high=high)
-    voxel, count = verifier.point_voxel, ExpectedCount()
+    voxel, count = verifier.point_voxel, ExpectedCount(np.zeros(len(law.rates)))
     for wanted, region in verifier.pieces(target, pose):
         start = _start(law, solid.bounds(), voxel, region)
         count_expected(law, wanted, verifier.rule, target.importance, start, count)
     error = count.error if verifier.rule == "sampled" else None
-    return PoseDetected(weight=weight, zeta=count.zeta, error=error)
+    zeta, *ends = count.zetas
+    low, high = ends or (None, None)
+    return PoseDetected(weight=weight, zeta=zeta, error=error, assumed_low=low, assumed_high=high)
 
 
 def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detection) -> Detected:
@@ -213,16 +221,8 @@ def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detect
     of the count or a guaranteed interval and, beside a count, with the ends of what the law's
     assumptions leave open; raises as ``at_pose``.
     """
-    start, poses = time.perf_counter(), list[PoseDetected]()
-    for i in range(len(verifier.scene.poses)):
-        pose = at_pose(verifier, setup, target, i, detection)
-        if verifier.rule != "certified":
-            low, high = (
-                at_pose(verifier, setup, target, i, detection, needs).zeta
-                for needs in (_least, _most)
-            )
-            pose = replace(pose, assumed_low=low, assumed_high=high)
-        poses.append(pose)
+    start, every = time.perf_counter(), range(len(verifier.scene.poses))
+    poses = [at_pose(verifier, setup, target, i, detection, assumed=True) for i in every]
     return Detected(
         question=detection,
         **{key: _mean(poses, key) for key in _MEANS},
@@ -231,14 +231,6 @@ def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detect
         poses=tuple(poses),
         seconds=time.perf_counter() - start,
     )
-
-
-def _least(sensors: list[Sensor], detection: Detection) -> Detectors:
-    return bounds(sensors, detection).low
-
-
-def _most(sensors: list[Sensor], detection: Detection) -> Detectors:
-    return bounds(sensors, detection).high
 
 
 def _mean(poses: list[PoseDetected], key: str) -> Any:

@@ -131,8 +131,9 @@ def per_frame(s: Any, of: Detectors) -> Any:
     """Return the probability that a frame reports a piece of signal ``s``."""
     xp = namespace(s)
     s = xp.maximum(s - of.offset, 0.0)
-    b, z = (xp.where(s < 1, v[..., 0], v[..., 1]) for v in (of.threshold, of.quantile))
-    p = 1 - _phi(b - s * (b + z)) / _phi(b)
+    needed = of.threshold, of.quantile, _phi(of.threshold)
+    b, z, real = (xp.where(s < 1, v[..., 0], v[..., 1]) for v in needed)
+    p = 1 - _phi(b - s * (b + z)) / real
     if of.ramps.shape[-2] == 0:
         return p
     return xp.where(of.measured, _by_ramps(s, of.ramps), p)

@@ -33,21 +33,23 @@ _ENDS, _STEPS = (1e-9, 1e4), 60  # of signals and depths (m), and bisections bet
 
 
 class Chances(NamedTuple):
-    """Bounds of the probability that sensors detect a piece in balls, for P pairs of both."""
+    """Bounds of the probability that sensors detect a piece in balls, for P pairs of both, by L
+    assumptions."""
 
-    low: Float[np.ndarray, " P"]
+    low: Float[np.ndarray, "L P"]
     """Lower bounds."""
-    high: Float[np.ndarray, " P"]
+    high: Float[np.ndarray, "L P"]
     """Upper bounds."""
     matters: Bool[np.ndarray, " P"]
-    """Where the upper bound exceeds ``NEGLIGIBLE``."""
-    in_view: Bool[np.ndarray, " P"]
-    """Where nothing of the piece is hidden; not sought where the sensor does not matter."""
+    """Where an upper bound exceeds ``NEGLIGIBLE``."""
 
 
 @dataclass(frozen=True)
 class Noticed(Parts):
-    """Places by the probability that at least ``at_least`` of K sensors detect a piece there."""
+    """Places by the probability that at least ``at_least`` of K sensors detect a piece there.
+
+    L assumptions share the geometry: the first is that of the solid.
+    """
 
     cones: Beams
     """Beams of the sensors; cones and pyramids end where the piece is no longer detected."""
@@ -57,11 +59,13 @@ class Noticed(Parts):
     """What occluders leave of the beams; the beams themselves without occluders."""
     of: Detectors
     """What the sensors need."""
+    rates: tuple[Detectors, ...]
+    """The same by each of the assumptions, of which only the probability of a signal counts."""
     extent: Extent
     """Size of the piece, m."""
     at_least: int
     """Number of sensors that must detect it."""
-    faint: Float[np.ndarray, " K"]
+    faint: Float[np.ndarray, "L K"]
     """Signals of the probability ``NEGLIGIBLE``."""
 
     def __len__(self) -> int:
@@ -88,9 +92,6 @@ class Noticed(Parts):
         apex, reach = self.cones.apex[live], self._farthest[live, None]
         return np.stack([(apex - reach).min(axis=0), (apex + reach).max(axis=0)])
 
-    def _of(self, index: Int[np.ndarray, " P"]) -> Detectors:
-        return Detectors(*(a[index] for a in self.of))
-
     def _place(self, points: Array, index: Int[np.ndarray, " P"]) -> FromPose:
         """Return the places of points (..., P, 3) m in the beams of sensors (P,)."""
         apex, axis, up = (rows(a, index) for a in (self.cones.apex, self.cones.axis, self.up))
@@ -100,65 +101,66 @@ class Noticed(Parts):
         axis, up = rows(self.cones.axis, index), rows(self.up, index)
         return Vertical(axis[..., 2], cross(up, axis)[..., 2], up[..., 2])
 
-    def _outside(self, points: Points, index: Int[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
-        """Return the function of what is in view of sensors at points, m."""
-        outside: np.ndarray = np.full(len(index), -np.inf)
+    def _outside(
+        self, points: Float[np.ndarray, "Q P 3"], index: Int[np.ndarray, " P"], least: np.ndarray
+    ) -> Float[np.ndarray, "Q P"]:
+        """Return the function of what is in view of sensors at points, m; values up to ``least``
+        (P,) may be any as low."""
+        outside: np.ndarray = np.full(points.shape[:2], -np.inf)
         if isinstance(self.seen, OccludedBeams):
-            outside = self.seen.unhidden(points, index)
+            outside = self.seen.unhidden(points, index, least)
         edged = np.flatnonzero(~self.of.flat[index])
         if len(edged):
             value = self.cones.part(rows(points, edged), index[edged])
-            outside[edged] = np.maximum(outside[edged], value)
+            outside[:, edged] = np.maximum(outside[:, edged], value)
         return outside
 
-    def _chance(self, s: Any, index: Int[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
-        of = self._of(index)
-        p: np.ndarray = in_time(per_frame(s, of), of)
-        return p
+    def _chance(self, s: Any, index: Int[np.ndarray, " P"]) -> Float[np.ndarray, "L *Q P"]:
+        """Return the probabilities of signals of sensors, by each of the assumptions."""
+        each = [_rows(rates, index) for rates in self.rates]
+        return np.stack([in_time(per_frame(s, of), of) for of in each])
 
     def chance(
-        self,
-        points: Float[np.ndarray, "Q P 3"],
-        index: Int[np.ndarray, " P"],
-        in_view: Bool[np.ndarray, " P"],
-    ) -> Float[np.ndarray, "Q P"]:
-        """Return the probability that sensors detect a piece in time, Q places for each.
+        self, points: Float[np.ndarray, "Q P 3"], index: Int[np.ndarray, " P"]
+    ) -> Float[np.ndarray, "L Q P"]:
+        """Return the probability that sensors detect a piece in time, Q places for each; by each of
+        the assumptions.
 
         Args:
-            points: places, m.
+            points: places, m; Q places close to each other take less time than others.
             index: the sensors.
-            in_view: for which of them nothing is hidden at all these places.
         """
-        at, of = self._place(points, index), self._of(index)
+        at, of = self._place(points, index), _rows(self.of, index)
         a = aspect(at, self._vertical(index), of, self.extent)
         s = strength(a, of, self.extent)
-        bright = s > self.faint[index]
-        hidden = np.nonzero(bright & ~in_view)
-        outside = self._outside(_raised(points[hidden], a.step[hidden]), index[hidden[1]])
+        bright = s > self.faint[:, None, index]
+        some = np.flatnonzero(bright.any(axis=(0, 1)))
         width = lit(np.maximum(a.part.along, NIL), a.cross, of, self.extent)
-        s[hidden] *= view(outside, Lit(*(np.broadcast_to(w, s.shape)[hidden] for w in width)))
-        p: np.ndarray = np.zeros_like(s)
-        p[bright] = self._chance(s[bright], index[np.nonzero(bright)[1]])
+        width = Lit(*(np.broadcast_to(w, s.shape)[:, some] for w in width))
+        raised, index = _raised(rows(points, some), a.step[:, some]), index[some]
+        outside = self._outside(raised, index, (width.within / 2 - width.zone).min(axis=0))
+        p: np.ndarray = np.zeros(bright.shape)
+        p[..., some] = self._chance(s[:, some] * view(outside, width), index)
+        p[~bright] = 0.0
         return p
 
     def chances(self, points: Points, index: Int[np.ndarray, " P"], reach: float) -> Chances:
         """Return bounds of ``chance`` in balls of radius ``reach`` m about points."""
-        at, up, of = self._place(points, index), self._vertical(index), self._of(index)
+        at, up, of = self._place(points, index), self._vertical(index), _rows(self.of, index)
         a = aspect(at, up, of, self.extent)
         low, high, slack, narrow, wide = ends(a, at, up, of, self.extent, reach)
-        some, in_view = np.flatnonzero(high > self.faint[index]), np.ones(len(index), bool)
-        for s in (low, high):
-            s[s <= self.faint[index]] = 0.0
-        outside = self._outside(_raised(rows(points, some), a.step[some]), index[some])
-        shares = [
-            view(outside + sign * slack[some], Lit(*(w[some] for w in width)))
-            for sign, width in ((1, narrow), (-1, wide))
-        ]
-        low[some] *= shares[0]
-        high[some] *= shares[1]
-        in_view[some] = shares[0] >= 1
-        matters = high > self.faint[index]
-        return Chances(self._chance(low, index), self._chance(high, index), matters, in_view)
+        bright = [s > self.faint[:, index] for s in (low, high)]
+        some = np.flatnonzero(bright[1].any(axis=0))
+        raised, index = _raised(rows(points, some), a.step[some]), index[some]
+        outside = self._outside(raised[None], index, np.full(len(some), -np.inf))[0]
+        matters, each = np.zeros(len(points), bool), np.zeros((2, *bright[0].shape))
+        for i, (s, sign, width) in enumerate(((low, 1, narrow), (high, -1, wide))):
+            shown = view(outside + sign * slack[some], Lit(*(w[some] for w in width)))
+            s = s[some] * shown
+            each[i][:, some] = self._chance(s, index)
+            each[i][~bright[i]] = 0.0
+        matters[some] = (s > self.faint[:, index]).any(axis=0)
+        return Chances(*each, matters)
 
     def together(
         self, chance: Float[np.ndarray, "*Q P"], cell: Int[np.ndarray, " P"], cells: int
@@ -177,9 +179,8 @@ class Noticed(Parts):
         point, sensor = np.divmod(np.arange(len(points) * len(self)), max(len(self), 1))
         matters = self.chances(rows(points, point), sensor, 0.0).matters
         point, sensor = point[matters], sensor[matters]
-        open_ = np.zeros(len(point), bool)
-        chance = self.chance(points[None, point], sensor, open_)
-        p: np.ndarray = self.together(chance, point, len(points))[0]
+        chance = self.chance(points[None, point], sensor)[:1]
+        p: np.ndarray = self.together(chance, point, len(points))[0, 0]
         return p
 
     def decide(self, points: Points, cell: Part, index: Part, reach: float) -> Decision:
@@ -191,19 +192,28 @@ class Noticed(Parts):
         """Return bounds of the mean probability in each cube, up to the sensors left out; as those
         of a share, they combine with the shares of other solids."""
         each = self.chances(pairs.points, pairs.part, 3**0.5 / 2 * pairs.side + pairs.slack)
-        low, high = (self.together(p, pairs.cell, pairs.cubes) for p in (each.low, each.high))
+        low, high = (self.together(p[0], pairs.cell, pairs.cubes) for p in (each.low, each.high))
         return VolumeFraction(low, high)
 
 
-def _raised(points: Points, step: np.ndarray) -> Points:
+def _raised(points: np.ndarray, step: np.ndarray) -> Float[np.ndarray, "*Q P 3"]:
     """Return points (..., 3) moved up, m."""
-    raised = points.copy()
+    raised = points.copy(order="K")
     raised[..., 2] += step
     return raised
 
 
+def _rows(of: Detectors, index: Int[np.ndarray, " P"]) -> Detectors:
+    return Detectors(*(a[index] for a in of))
+
+
 def noticed(
-    cones: Beams, occluders: Occluders, occlusion: Occlusion, of: Detectors, detection: Detection
+    cones: Beams,
+    occluders: Occluders,
+    occlusion: Occlusion,
+    of: Detectors,
+    detection: Detection,
+    *others: Detectors,
 ) -> Noticed:
     """Return where sensors detect a test piece among occluders.
 
@@ -213,11 +223,14 @@ def noticed(
         occlusion: the model of occlusion.
         of: what the sensors need, of the same order.
         detection: the piece, and how many sensors must detect it.
+        others: what the sensors need by other assumptions.
     """
+    rates = of, *others
     extent, r = detection.extent, detection.piece.width_m / 2
-    faint = _faint(of)
+    faint = np.stack([_faint(each) for each in rates])
     up = np.asarray(cones.sides(np.arange(len(cones)))[1])
-    farthest = _farthest(of, extent, faint) + extent.height / 2 * np.abs(cones.axis[:, 2])
+    farthest = _farthest(of, extent, faint.min(axis=0))
+    farthest += extent.height / 2 * np.abs(cones.axis[:, 2])
     cones = replace(cones, range_m=np.where(of.flat, farthest, cones.range_m))
     # Seen from an apex outside a convex body K, what K hides meets a convex set that holds the apex
     # just if K does. That set holds the places from which the piece reaches into the beam, and all
@@ -235,7 +248,7 @@ def noticed(
     if isinstance(seen, OccludedBeams):  # a sensor inside a body sees nothing
         cones = seen.cones
         of = of._replace(reach=np.where(cones.range_m > 0, of.reach, -np.inf))
-    return Noticed(cones, up, seen, of, extent, detection.at_least, faint)
+    return Noticed(cones, up, seen, of, rates, extent, detection.at_least, faint)
 
 
 def _faint(of: Detectors) -> Float[np.ndarray, " K"]:

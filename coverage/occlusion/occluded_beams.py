@@ -12,7 +12,7 @@ from functools import reduce
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, dot, root, rows
 from ..pytrees import mapped
@@ -27,6 +27,7 @@ from .shadows import Shadows
 from .unreported import inside
 
 _FAR = 1e9  # m, in place of an infinite end of an interval
+_ROUNDING = 1e-9  # m, of the distances of places
 
 
 @dataclass(frozen=True)
@@ -51,12 +52,33 @@ class OccludedBeams(Parts):
         value = self._past(points, index, self.cones.part(points, index))
         return np.maximum(value, self._in_dark(points, index, self.dark))
 
-    def unhidden(self, points: Array, index: Index) -> Any:
+    def unhidden(
+        self,
+        points: Float[np.ndarray, "Q P 3"],
+        index: Int[np.ndarray, " P"],
+        least: Float[np.ndarray, " P"],
+    ) -> Float[np.ndarray, "Q P"]:
         """Return the 1-Lipschitz function of what occluders leave to the sensors, whatever the
-        sides and ends of their beams, m; for arguments see ``Parts.part``."""
-        value = np.full(np.broadcast_shapes(points.shape[:-1], np.shape(index)), -np.inf)
-        value = self._past(points, index, value)
-        return np.maximum(value, self._in_dark(points, index, self.dark))
+        sides and ends of their beams, m.
+
+        Args:
+            points: Q places for each of P pairs, m.
+            index: the sensor of each pair.
+            least: values up to this one may be any as low, m.
+        """
+        value: np.ndarray = np.full(points.shape[:2], -np.inf)
+        middle = points.mean(axis=0)
+        off = points - middle
+        reach = root(dot(off, off)).max(axis=0) + _ROUNDING
+        for shadows in self.shadows:
+            for pairs, entry in shadows.ranks(index):
+                if len(points) > 1:  # most shadows lie beside all places of a pair
+                    near = shadows.behind(rows(middle, pairs), entry) < (reach - least)[pairs]
+                    pairs, entry = pairs[near], entry[near]
+                deep = shadows.behind(rows(points, pairs), entry)
+                value[:, pairs] = np.maximum(value[:, pairs], -deep)
+        np.maximum(value, self._in_dark(points, index, self.dark), out=value)
+        return value
 
     def _in_dark(self, points: Array, index: Index, dark: np.ndarray) -> Any:
         """Return the function of distances in which sensors report nothing, positive there, m."""

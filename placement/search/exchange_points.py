@@ -269,7 +269,7 @@ def _held_detections(
     for row, group in zip(rows, (*groups, *scene.cell_sensors), strict=True):
         law = noticed_in(bare, setup_of_group(group), pose, detections.detection)
         for k in range(group.count):
-            chance = law.chance(points[:, None], np.array([k]), np.zeros(1, bool))[:, 0]
+            chance = law.chance(points[None], np.full(n, k))[0, 0]
             row += detections.integers(np.log1p(-np.minimum(chance, 1 - 1e-9)))
     held, own = np.minimum(rows, _COUNTED).astype(np.uint8), len(groups)
     cell = np.minimum(held[own:].sum(axis=0, dtype=int), _COUNTED).astype(np.uint8)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.detection.aspect import SLANT
-from place_rings.coverage.detection.detection import Detection, detectors
+from place_rings.coverage.detection.detection import Detection, bounds, detectors
 from place_rings.coverage.detection.detectors import Detectors
 from place_rings.coverage.detection.noticed import NEGLIGIBLE, noticed
 from place_rings.coverage.detection.pieces import PIECES
@@ -28,6 +28,7 @@ from place_rings.coverage.voxels.sample_points import samples_of
 from place_rings.coverage.voxels.voxel_set import ranges
 from place_rings.coverage.weight_field import WeightField
 from place_rings.objectives.detection_share import at_pose, noticed_in
+from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import EmptyTargetError, Verifier
@@ -173,25 +174,31 @@ SEEDS = st.integers(0, 2**32)
 @given(scenes(targets=NEAR, obstacles=CELLS), st.sampled_from(sorted(PIECES)), SEEDS)
 @settings(max_examples=25)
 def test_bounds_hold_in_every_ball_and_no_shadow_is_lost(drawn, name, seed):
-    """Also where a body beyond the sides of a beam hides a part of the piece in it."""
+    """Also where a body beyond the sides of a beam hides a part of the piece in it; by the law and
+    by both ends of its assumptions, together as alone."""
     detection, rng = Detection(PIECES[name]), np.random.default_rng(seed)
     sensors = [g.sensor for g in drawn.setup.groups for _ in range(g.count)]
     if not sensors:
         return
-    of = detectors(sensors, detection)
-    law = noticed(drawn.cones, drawn.occluders, "shadow", of, detection)
+    each = detectors(sensors, detection), *bounds(sensors, detection)
+    own = [noticed(drawn.cones, drawn.occluders, "shadow", of, detection) for of in each]
+    law = noticed(drawn.cones, drawn.occluders, "shadow", each[0], detection, *each[1:])
     index = rng.integers(0, len(law), 400)
     middle = law.cones.apex[index] + law.cones.axis[index] * rng.uniform(0, 1.5, (400, 1))
     middle += rng.normal(0, 0.2, (400, 3))
     reach = float(rng.choice([0.002, 0.02, 0.2]))
-    bounds = law.chances(middle, index, reach)
+    ends = law.chances(middle, index, reach)
     way = rng.normal(size=(20, 400, 3))
     way /= np.linalg.norm(way, axis=-1, keepdims=True)
     points = middle + reach * way * rng.random((20, 400, 1)) ** (1 / 3)
-    chance = law.chance(points, index, np.zeros(400, bool))
-    assert (bounds.low - 1e-12 <= chance).all()
-    assert (chance <= bounds.high + NEGLIGIBLE + 1e-12).all()
-    assert np.array_equal(chance, law.chance(points, index, bounds.in_view))
+    chance = law.chance(points, index)
+    assert (ends.low[:, None] - 1e-12 <= chance).all()
+    assert (chance <= ends.high[:, None] + NEGLIGIBLE + 1e-12).all()
+    assert (chance[1] - 1e-12 <= chance[0]).all()
+    assert (chance[0] <= chance[2] + 1e-12).all()
+    single = [law.chance(at[None], index) for at in points]
+    assert np.array_equal(chance, np.concatenate(single, axis=1))
+    assert np.array_equal(chance, np.concatenate([one.chance(points, index) for one in own]))
     everywhere = Cones(
         law.cones.apex - 100 * law.cones.axis,
         law.cones.axis,
@@ -199,9 +206,7 @@ def test_bounds_hold_in_every_ball_and_no_shadow_is_lost(drawn, name, seed):
         np.full(len(law), 300.0),
     )
     seen = beams(law.cones, drawn.occluders, "shadow", looks=everywhere)
-    assert np.array_equal(
-        chance, replace(law, seen=seen).chance(points, index, np.zeros(400, bool))
-    )
+    assert np.array_equal(chance, replace(law, seen=seen).chance(points, index))
 
 
 @given(scenes(targets=NEAR, obstacles=CELLS), st.sampled_from(["shadow", "blind"]), SEEDS)
@@ -225,7 +230,7 @@ def test_in_the_limit_places_in_view_are_certain_and_others_impossible(drawn, oc
     cones = law.cones  # which end where nothing is detected any more, and begin at the apex
     cones = replace(cones, near=None) if isinstance(cones, MixedBeams) else cones
     value = beams(cones, drawn.occluders, occlusion).part(points, index)
-    chance = law.chance(points[None], index, np.zeros(1000, bool))[0]
+    chance = law.chance(points[None], index)[0, 0]
     diagonal = 1e-3 * 2**0.5
     assert (chance[value <= -diagonal] >= 1 - 1e-6).all()
     assert (chance[value > diagonal] == 0).all()
@@ -269,6 +274,26 @@ def test_grows_with_the_width_of_what_no_body_hides_and_no_sensor_is_in(name, fo
     aside = np.linalg.norm((points[:, None] - less.cones.apex)[..., :2], axis=-1)
     points = points[(aside > 0.3).all(axis=1)]
     assert (less.at(points) <= more.at(points) + 18 * NEGLIGIBLE).all()
+
+
+@pytest.mark.parametrize("rule", ["sampled", "centre"])
+def test_one_count_has_the_ends_that_counts_of_each_assumption_have(rule):
+    scene, setup = scene_of(), setup_of(PYRAMID, Sensor(math.radians(30)), CATALOGUE)
+    detection, verifier = Detection(PIECES["torso"], at_least=2), Verifier(scene, 0.1, rule)
+    one = at_pose(verifier, setup, BOX, 0, detection, assumed=True)
+    assert one.assumed_low < one.zeta < one.assumed_high
+    assert one.zeta == at_pose(verifier, setup, BOX, 0, detection).zeta
+    sensors = [g.sensor for g in setup.groups for _ in range(g.count)]
+    (wanted, _), *_ = verifier.pieces(BOX, 0)
+    points = wanted.centres()
+    if rule == "sampled":
+        points = samples_of(ranges(wanted.start, wanted.stop), 0.1)
+    law = noticed_in(scene, setup, 0, detection)
+    for end, value in zip(
+        bounds(sensors, detection), (one.assumed_low, one.assumed_high), strict=True
+    ):
+        own = noticed(law.cones, occluders(scene, POSE.q), "shadow", end, detection)
+        assert abs(own.at(points).mean() - value) <= 18 * NEGLIGIBLE
 
 
 def test_falls_with_light_and_unknown_light_is_refused():
