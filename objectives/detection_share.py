@@ -212,8 +212,8 @@ def at_pose(
         count_expected(law, wanted, verifier.rule, target.importance, start, count)
     error = count.error if verifier.rule == "sampled" else None
     zeta, *ends = count.zetas
-    low, high = ends or (None, None)
-    return PoseDetected(weight=weight, zeta=zeta, error=error, assumed_low=low, assumed_high=high)
+    least, most = ends or (None, None)
+    return PoseDetected(weight=weight, zeta=zeta, error=error, assumed_low=least, assumed_high=most)
 
 
 def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detection) -> Detected:

@@ -160,7 +160,7 @@ class Noticed(Parts):
             each[i][:, some] = self._chance(s, index)
             each[i][~bright[i]] = 0.0
         matters[some] = (s > self.faint[:, index]).any(axis=0)
-        return Chances(*each, matters)
+        return Chances(each[0], each[1], matters)
 
     def together(
         self, chance: Float[np.ndarray, "*Q P"], cell: Int[np.ndarray, " P"], cells: int

@@ -111,7 +111,10 @@ class TwinWorld:
 
         n = len(direction)
         hit, distance = np.full(n, -1, np.int32), np.zeros(n)
-        wanted = None if groups is None else np.isin(np.arange(_GROUPS), groups).astype(np.uint8)
+        wanted = None
+        if groups is not None:
+            wanted = np.zeros(_GROUPS, np.uint8)
+            wanted[list(groups)] = 1
         vectors = np.ascontiguousarray(direction).ravel()
         found = (hit, distance, *_normals())
         cast = mujoco.mj_multiRay

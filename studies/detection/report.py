@@ -1,6 +1,7 @@
 """Page and pictures of the study of detection."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,12 @@ from matplotlib.axes import Axes
 from scipy import stats
 
 from ...objectives.detection_share import LAW_ERROR
+from ...objectives.object_bounds import MOST
 from ...reporting.pages import csv_text, table
 from ...reporting.plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
 from ..engine.pages import page
-from .study import ASKED, CALIBRATED, WALKER, Prediction
+from .spheres import ABOVE
+from .study import ASKED, CALIBRATED, SPHERES, WALKER, Prediction
 
 _RESAMPLED, _LEVEL = 2000, 0.01
 _PIECES = (*ASKED, WALKER)
@@ -36,6 +39,7 @@ def _record(row: Prediction) -> dict[str, object]:
             f"{how}_percent": round(row.means[how], 3) if row.means else ""
             for how in ("best", "any")
         }
+        | {f"sphere_{key}": round(value, 3) for key, value in asdict(row.spheres).items()}
     )
 
 
@@ -132,6 +136,7 @@ def _page(rows: Sequence[Prediction]) -> str:
         differences=table(*_differences(trials)),
         useful=table(heads, lines),
         walking=_walking(rows),
+        **_spheres(rows),
         level=f"{100 * _LEVEL:.0f}",
         one=f"{100 * LAW_ERROR[0]:g}",
         several=f"{100 * LAW_ERROR[1]:g}",
@@ -172,6 +177,24 @@ def _differences(rows: Sequence[Prediction]) -> tuple[list[str], list[list[str]]
 def _walking(rows: Sequence[Prediction]) -> str:
     _, predicted, frequency = _columns(_asked(rows, WALKER))
     return f"{predicted.mean():.1f} % predicted, {frequency.mean():.1f} % seen"
+
+
+def _spheres(rows: Sequence[Prediction]) -> dict[str, object]:
+    """Return what the twin reports of spheres beside the bounds of the largest unseen one."""
+    each = {row.layout: row.spheres for row in rows}.values()
+    bounded = [one for one in each if one.high_mm < 1000 * MOST]
+    stood, met = sum(one.places for one in bounded), sum(one.met for one in bounded)
+    shares = [100 * one.met / one.places for one in bounded if one.places]
+    least = f", in the layout with the fewest at {min(shares):.0f} %" if shares else ""
+    return {
+        "unseen": sum(one.low_mm > 0 for one in each),
+        "reports": sum(one.reports for one in each),
+        "bounded": len(bounded),
+        "spheres": SPHERES,
+        "above": f"{100 * (ABOVE - 1):.0f}",
+        "stood": stood,
+        "met": f"{met} ({100 * met / max(stood, 1):.1f} %{least})",
+    }
 
 
 def calibration_figure(rows: Sequence[Prediction], file: Path) -> None:

@@ -22,10 +22,13 @@ from ..engine.store import Cell, Measure
 from ..engine.tasks import zeta_cell
 from ..layouts.study import PUBLISHED
 from . import tasks
+from .spheres import SphereTrials
 
 SHELL, NEAR = Shell(0.5), Near(0.3)
 PLACES = 240
 """Places at which each question is tried."""
+SPHERES = 60
+"""Places at which a sphere above the largest unseen one stands, at most."""
 DRAWN = 3
 """Drawn questions for each layout."""
 WALKS = 1
@@ -107,6 +110,8 @@ class Prediction:
     means: Mapping[str, float]
     """Means of the twin's own probabilities in percent, by the best zone and any; none for
     walks."""
+    spheres: SphereTrials
+    """The largest unseen sphere of V_S(0.5)."""
     bins: tuple[tuple[float, ...], ...] = ()
     """Places by the law's probability there: numbers, summed probabilities, and those noticed."""
 
@@ -195,6 +200,7 @@ def measure(run: Measure, seed: int = 0) -> list[Prediction]:
         [zeta_cell(a.scene, a.setup, SHELL, "sampled", tasks.VOXEL) for a in each],
     )
     zetas = {layout.name: one["zeta_percent"] for layout, one in zip(each, shares, strict=True)}
+    unseen = _spheres(run, each, seed)
     asked: list[tuple[Layout, str, dict[str, Any], str, Target]] = []
     for layout in each:
         asked += [
@@ -222,14 +228,32 @@ def measure(run: Measure, seed: int = 0) -> list[Prediction]:
                 one["noticed"],
                 100 * LAW_ERROR[one["several_zones"]],
                 {k: one[f"{k}_percent"] for k in ("best", "any")},
+                unseen[layout.name],
                 tuple(map(tuple, one["bins"])),
             )
         )
-    return rows + _walks(run, each, zetas, seed)
+    return rows + _walks(run, each, zetas, unseen, seed)
+
+
+def _spheres(run: Measure, each: list[Layout], seed: int) -> dict[str, SphereTrials]:
+    """Return the largest unseen sphere of each layout, with what the twin reports of spheres."""
+    name, radius = SHELL.key
+    asked = {"target": name, "radius": radius, "places": SPHERES, "seed": seed}
+    scenes = [{**layout.scene, "occlusion": "shadow"} for layout in each]
+    cells = [
+        Cell("twin spheres", {"scene": scene, "setup": layout.setup, **asked})
+        for layout, scene in zip(each, scenes, strict=True)
+    ]
+    found = run("placing spheres", cells)
+    return {layout.name: SphereTrials(**one) for layout, one in zip(each, found, strict=True)}
 
 
 def _walks(
-    run: Measure, each: list[Layout], zetas: Mapping[str, float], seed: int
+    run: Measure,
+    each: list[Layout],
+    zetas: Mapping[str, float],
+    unseen: Mapping[str, SphereTrials],
+    seed: int,
 ) -> list[Prediction]:
     question = _question(WALKER, _GREY)
     asked = question | {"walks": WALKS, "seed": seed}
@@ -246,6 +270,7 @@ def _walks(
             one["noticed"],
             100 * LAW_ERROR[one["several_zones"]],
             {},
+            unseen[layout.name],
         )
         for layout, one in zip(each, run("watching people walk", cells), strict=True)
     ]

@@ -33,6 +33,7 @@ _SECONDS = {
     "random rings": 0.5,
     "twin trials": 2.0,
     "twin walk": 2.0,
+    "twin spheres": 6.0,
 }
 _CALIBRATED = 0.033  # s, processor time of the calibration's count on that machine
 _SURE = 0.05  # share of a study after which its own pace counts
@@ -114,6 +115,10 @@ def _example(cell: Cell, targets: list[tuple[Any, Any]]) -> Any:
         "twin trials": {
             **dict.fromkeys(("predicted_percent", "best_percent", "any_percent"), 0.0),
             **{"places": 1, "noticed": 0, "several_zones": False, "bins": []},
+        },
+        "twin spheres": {
+            **dict.fromkeys(("low_mm", "high_mm"), 0.0),
+            **dict.fromkeys(("reports", "places", "met"), 0),
         },
         "twin walk": {
             **{"predicted_percent": 0.0, "moments": 1, "noticed": 0, "several_zones": False}

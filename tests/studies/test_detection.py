@@ -8,6 +8,7 @@ import pytest
 from place_rings.coverage.definitions.errors import UserError
 from place_rings.formats import optional_dependencies
 from place_rings.studies.detection import report, study, tasks
+from place_rings.studies.detection.spheres import SphereTrials
 from place_rings.studies.engine.runner import TASKS
 
 
@@ -20,6 +21,7 @@ def small(monkeypatch):
     monkeypatch.setattr(study, "PLACES", 10)
     monkeypatch.setattr(study, "DRAWN", 1)
     monkeypatch.setattr(study, "WALKS", 1)
+    monkeypatch.setattr(study, "SPHERES", 5)
     monkeypatch.setattr(tasks, "VOXEL", 0.1)
     monkeypatch.setattr(tasks, "EVERY", 4.0)
     monkeypatch.setattr(report, "_RESAMPLED", 20)
@@ -54,6 +56,7 @@ def test_the_page_holds_predictions_against_the_twin_and_a_stopped_study_resumes
     assert [float(r["predicted_percent"]) for r in records] == [
         round(row.predicted_percent, 3) for row in found.data
     ]
+    assert {r["sphere_reports"] for r in records} == {"0"}
     page = found.page.read_text()
     assert f"holds {layouts * asked} predictions for {layouts} layouts" in page
     assert "nan" not in page
@@ -81,8 +84,19 @@ def test_twenty_predictions_are_calibrated():
 
 
 def predicted(percent, noticed=120, places=240):
+    spheres = SphereTrials(100.0, 110.0, 0, 0, 0)
     return study.Prediction(
-        "n", "named", {"piece": "hand"}, "all", 0.0, percent, places, noticed, 5.0, {"any": 0.0}
+        "n",
+        "named",
+        {"piece": "hand"},
+        "all",
+        0.0,
+        percent,
+        places,
+        noticed,
+        5.0,
+        {"any": 0.0},
+        spheres,
     )
 
 
