@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import zip_longest
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 from ._arguments import check_question, renamed
@@ -15,6 +17,8 @@ from .coverage.detection.detection import Detection
 from .coverage.rings.ring import Setup
 from .coverage.rings.sensor_records import sensor_records
 from .coverage.voxels.volume_tally import Bracket
+from .formats.writing import write_bytes
+from .objectives.certificate import certificate, certified_shapes
 from .objectives.detection_share import detected
 from .objectives.object_bounds import SmallestObject
 from .objectives.options import VerifyOptions
@@ -97,6 +101,9 @@ class VerifyCall(VerifyOptions, SetupCall):
 
     detect: Detection | None = field(default=None, kw_only=True)
     """Count also the expected share in which a test piece is detected in time."""
+    certificate: str | PathLike[str] | None = field(default=None, kw_only=True)
+    """With ``rule`` certified: file for a certificate (.npz) from which others can derive the
+    interval again."""
     progress: Callable[[Any], None] | None = field(default=None, kw_only=True)
     """Receives the index of each pose before the pose is counted; with ``rule`` certified the
     interval after each pass."""
@@ -108,6 +115,9 @@ class VerifyCall(VerifyOptions, SetupCall):
         if self.detect is not None and self.rule == "touch":
             line = "found touch, allowed with detect: sampled, centre, certified"
             raise InputError(line, "rule", others=("detect",))
+        if self.certificate is not None and not self.certified:
+            line = f"found {self.certificate}, allowed: only with rule certified"
+            raise InputError(line, "certificate", others=("rule",))
 
 
 @renamed(memory_gb="memory")
@@ -140,13 +150,17 @@ def verify(call: VerifyCall) -> Coverage:
     key = "tell" if call.certified else "at"
     calls: dict[str, Any] = {} if call.progress is None else {key: call.progress}
     memory = None if call.memory is None else call.memory * 1e9
-    verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, **calls)
+    keep = call.certificate is not None
+    verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, keep=keep, **calls)
     with input_errors():
+        shapes = certified_shapes(core, placed) if keep else []
         each = tuple(verifier.verify(placed, goal.target) for goal in core.targets)
         if (question := call.detect) is not None:
             each = tuple(
                 replace(v, detection=detected(verifier, placed, v.target, question)) for v in each
             )
+        if call.certificate is not None:
+            write_bytes(Path(call.certificate), certificate(core, shapes, each))
         objects = smallest_objects(core, placed, voxel or VOXEL, call, verifier.at)
     return Coverage(placed, core, each, name, objects, verifier=verifier)
 

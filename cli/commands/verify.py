@@ -1,5 +1,10 @@
 """The command verify."""
 
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
 from ...objectives.options import VerifyOptions
 from ..options.common import Json, Subject
 from ..options.detection import NO_DETECTION, DetectionOptions
@@ -15,6 +20,15 @@ def verify(
     given: SubjectOptions = AS_IT_IS,
     options: VerifyOptions,
     detection: DetectionOptions = NO_DETECTION,
+    certificate: Annotated[
+        Path | None,
+        Parameter(
+            help=(
+                "With --rule certified: file for a certificate (.npz) from which others can derive"
+                " the interval again."
+            )
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Count the coverage of a setup with its error, or compute an interval guaranteed to hold it.
@@ -26,6 +40,7 @@ def verify(
     ```bash
     place-rings verify n2_16_25 --target V_S --radius 0.5
     place-rings verify n2_16_25 --target V_S:0.5 --rule certified --width 1
+    place-rings verify n2_16_25 --target V_S:0.5 --rule certified --certificate proof.npz
     place-rings verify n3_16_55 --sensor vl53l1x --ambient 50kcps
     place-rings verify n2_16_25 --sensor vl53l5cx --target V_S:0.5 --detect hand
     ```
@@ -35,4 +50,4 @@ def verify(
     from ..runs.verify import verify as run
 
     question = detection.resolve(given.sensing)
-    run(given.resolved(subject), options, question, as_json)
+    run(given.resolved(subject), options, question, certificate, as_json)

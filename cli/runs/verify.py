@@ -1,6 +1,7 @@
 """Print the coverage of a setup."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from place_rings._validation import ResolvedSetup
@@ -36,12 +37,16 @@ _SHOWN = 16  # largest number of poses of which each is printed
 
 
 def verify(
-    subject: ResolvedSetup, options: VerifyOptions, question: Detection | None, as_json: bool
+    subject: ResolvedSetup,
+    options: VerifyOptions,
+    question: Detection | None,
+    certificate: Path | None,
+    as_json: bool,
 ) -> None:
     """Print the coverage of a setup for the targets of its scene and, with a question of detection,
     its answer."""
     scene, setup, name = subject.scene, subject.setup, subject.name
-    coverage = _counted(subject, options, question)
+    coverage = _counted(subject, options, question, certificate)
     results = list(coverage.records)
     if as_json:
         say_json(json_of(results if len(results) > 1 else results[0]))
@@ -67,6 +72,8 @@ def verify(
     more = [*calibration_lines(results, effects), *sensor_lines(results[0].sensors)]
     more += [*record_lines(results), *object_lines(results)]
     more += detection_lines(results, scene, setup)
+    if certificate is not None:
+        more.append(f"Certificate: {certificate}; examples/certificate/check.py checks it.")
     console.lines(record_line(scene), *protective_lines(results, setup), *more)
 
 
@@ -84,7 +91,10 @@ def _proof_line(result: Verified, proof: IntervalProof) -> str:
 
 
 def _counted(
-    subject: ResolvedSetup, options: VerifyOptions, question: Detection | None
+    subject: ResolvedSetup,
+    options: VerifyOptions,
+    question: Detection | None,
+    certificate: Path | None,
 ) -> Coverage:
     """Return the coverage and its records; a spinner on stderr shows the progress."""
     poses = len(subject.scene.poses)
@@ -100,7 +110,8 @@ def _counted(
                 status.update(f"counting pose {pose + 1} of {poses}")
 
         progress: Callable[[Any], None] = tell if options.certified else at
-        coverage = count(subject, progress=progress, detect=question, **vars(options))
+        more: dict[str, Any] = {"detect": question, "certificate": certificate}
+        coverage = count(subject, progress=progress, **more, **vars(options))
         coverage.records  # noqa: B018  (counts under the other models of occlusion)
     return coverage
 

@@ -25,7 +25,7 @@ from ..weight_field import WeightField
 from .allocation import keep_freed_memory
 from .cell_classification import IN_TARGET, SEEN, SLACK, scale, target_verdicts
 from .octree_cells import Cells, first_cells
-from .volume_tally import LEVELS, Bracket, VolumeTally
+from .volume_tally import COVERED, LEVELS, OPEN, OUTSIDE, UNCOVERED, Bracket, VolumeTally
 from .voxel_set import centre
 
 # pairs of cell and part processed at once: enough that arithmetic outweighs calls, about 100 MB
@@ -68,6 +68,8 @@ class _Pass:
     """Stops the pass when set."""
     weights: WeightField | None = None
     """How much each place matters, relative to the largest weight; None: all the same."""
+    keep: bool = False
+    """Whether settled cells are kept."""
 
     def run(self, start: Cells) -> VolumeTally:
         """Settle all cells below the cells ``start``."""
@@ -106,6 +108,10 @@ class _Pass:
             side**3,
             cells.level,
         )
+        if self.keep:
+            state = np.where(t > 0, OUTSIDE, np.where(v < 0, COVERED, UNCOVERED))
+            known = (t > 0) | done
+            tally.settled.append((cells.level, cells.key[known], state[known]))
         return marked.only((t <= 0) & ~done)
 
     def _settle(self, cells: Cells, unions: int, tally: VolumeTally) -> Cells:
@@ -129,6 +135,8 @@ class _Pass:
         split = (volume * open_ > self.threshold) & (cells.level > 0)
         done = ~split
         tally.add(covered.only(done), uncovered.only(done), volume, cells.level)
+        if self.keep:
+            tally.settled.append((cells.level, cells.key[done], np.full(done.sum(), OPEN)))
         return cells.only(split)
 
     def _shares(
@@ -186,6 +194,7 @@ def bracket(
     voxel: float | None = None,
     tell: Callable[[Bracket], None] = lambda bracket: None,
     weights: WeightField | None = None,
+    keep: bool = False,
 ) -> Bracket:
     """Return guaranteed bounds of the share of ``target`` that lies in ``seen``.
 
@@ -198,6 +207,7 @@ def bracket(
             with ``reached`` False.
         weights: how much each place matters; volumes then count by the mean weight in them,
             relative to the largest one. None: all the same.
+        keep: whether the interval holds the settled cells, about 10 bytes each.
 
     Raises:
         ValueError: if the target is empty, or neither width nor voxel bounds the work.
@@ -214,11 +224,14 @@ def bracket(
     if not volume > 0:
         raise ValueError("the target is empty: its box has no volume")
     furthest = float(np.abs(box).max())  # the lattice extends 2^19 units from the origin
+    if keep:  # the cells beyond these are then far from the target, measured by their size
+        furthest *= 2
+        box = furthest * np.array([[-1.0] * 3, [1.0] * 3])
     unit = voxel if voxel is not None else max(size, 1.001 * furthest) / 2.0**LEVELS
     slack = SLACK * max(scale(target), scale(seen))
     start = first_cells(leaves(target) + leaves(seen), box, unit, 0)
     threshold = width * volume / 100 if width > 0 else 0.0
-    work = _Pass(target, seen, unit, threshold, 0.5, slack, threading.Event(), weights)
+    work = _Pass(target, seen, unit, threshold, 0.5, slack, threading.Event(), weights, keep)
     interval: Bracket | None = None
     for passes in itertools.count(1):
         try:
