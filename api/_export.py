@@ -9,10 +9,16 @@ from ._errors import InputError, input_errors, new_files
 from ._options import called_with
 from ._validation import SetupCall, resolve_setup
 from .coverage.definitions.errors import shown
-from .coverage.robots.base_frame import must_turn
+from .coverage.robots.base_frame import check_base_frame
 from .formats.export.options import ExportOptions
 from .formats.firmware.wiring import plan_setup
 from .formats.writing import write_bytes
+
+_OF_KIND = {
+    **{"points": "glb", "readings": "mcap"},
+    **dict.fromkeys(("board", "wiring", "scheduled"), "firmware"),
+}
+"""Options that one format alone has."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +31,14 @@ class ExportCall(ExportOptions, SetupCall):
     folder: str | Path = field(default="place-rings-export", kw_only=True)
     """Output folder; created if it does not exist."""
     urdf: str | Path | None = field(default=None, kw_only=True)
-    """The robot's own URDF, to which the sensors are added."""
+    """The robot's own URDF or xacro file, to which the sensors are added; or its name in
+    robot_descriptions."""
     packages: Sequence[str | Path] = field(default=(), kw_only=True)
     """Folders with the meshes of that URDF."""
     package: Mapping[str, str | Path] | None = field(default=None, kw_only=True)
     """Folders of its packages by the packages' names, where the folders have others."""
+    xacro_args: Mapping[str, str] | None = field(default=None, kw_only=True)
+    """Values of a xacro file's arguments by name."""
     keep: Sequence[str | Path] = field(default=(), kw_only=True)
     """Files that must not be overwritten, because they were inputs."""
 
@@ -38,7 +47,7 @@ class ExportCall(ExportOptions, SetupCall):
         """The formats without duplicates.
 
         Raises:
-            InputError: for no format, or an unknown one.
+            InputError: for no format, an unknown one, or an option of another one.
         """
         from .reporting.export_formats import FORMATS
 
@@ -46,6 +55,10 @@ class ExportCall(ExportOptions, SetupCall):
         unknown = next((kind for kind in kinds if kind not in FORMATS), None)
         if unknown is not None or not kinds:
             raise InputError(f"found {shown(unknown)}, allowed: {', '.join(FORMATS)}", "to")
+        for name, kind in _OF_KIND.items():
+            if kind not in kinds and (given := getattr(self, name)) not in (None, False, 0):
+                line = f"found {shown(given)}, allowed: only with to {kind}"
+                raise InputError(line, name, others=("to",))
         return kinds
 
 
@@ -73,7 +86,7 @@ def export(call: ExportCall) -> tuple[Path, ...]:
 def exported(call: ExportCall) -> tuple[tuple[Path, ...], list[str]]:
     """Write the files of ``export``; return their paths, and notes."""
     from .formats.export.placed import PlacedSetup
-    from .formats.robots.urdf import read_urdf
+    from .formats.robots.urdf_options import UrdfOptions
     from .reporting.export_formats import FORMATS, export_notes
 
     kinds, pose, urdf = call.kinds, call.pose, call.urdf
@@ -90,21 +103,23 @@ def exported(call: ExportCall) -> tuple[tuple[Path, ...], list[str]]:
         with input_errors("wiring"):
             notes = [ring.note for ring in plan_setup(placed, core.electronics) if ring.note]
     out = Path(call.folder)
-    try:
-        must_turn(core.robot, call.base_frame)
-    except ValueError as error:
-        line = f"found {shown(call.base_frame)}, allowed: {error}"
-        raise InputError(line, "base_frame") from error
+    check_base_frame(core.robot, call.base_frame)
     with input_errors():
-        robot = None if urdf is None else read_urdf(Path(urdf))
-        folders = tuple(Path(p) for p in call.packages)
-        named = {name: Path(path) for name, path in (call.package or {}).items()}
+        reading = UrdfOptions(
+            packages=call.packages, package=call.package or {}, xacro_args=call.xacro_args or {}
+        )
+        file = None
+        if urdf is not None:
+            file, reading = reading.located(urdf)
+        robot = None if file is None else reading.read(file)
+        folders = tuple(Path(p) for p in reading.packages)
+        named = {name: Path(path) for name, path in reading.package.items()}
         given = folders, named, call.points, call.readings, call.base_frame, call.scheduled
         what = PlacedSetup(core, placed, pose, out, robot, *given)
         notes += export_notes(what, kinds)
         files = {name: data for kind in kinds for name, data in FORMATS[kind](what).items()}
     own = [call.setup] if isinstance(call.setup, str | Path) else []
-    read = {Path(p).resolve() for p in (*call.keep, *own, *([urdf] if urdf else []))}
+    read = {Path(p).resolve() for p in (*call.keep, *own, *([file] if file else []))}
     for name in files:
         if (out / name).resolve() in read:
             raise InputError(

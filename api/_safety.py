@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from ._arguments import check_question
 from ._errors import InputError, input_errors, new_files
 from ._options import called_with
 from ._pictures import Picture, drawn
@@ -202,6 +203,7 @@ def safety(call: SafetyCall) -> SafetyReport:
         >>> 0 <= report.in_time <= 1
         True
     """
+    check_question(call.detect)
     name, placed, core = resolve_setup(call.setup, call.scene)
     if call.stop_times is not None:
         with input_errors():

@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ._arguments import whole
+from ._arguments import check_question, whole
 from ._errors import InputError, input_errors
 from ._validation import SetupLike, given_scene, resolve_setup
 from .coverage.detection.detection import Detection
@@ -122,6 +122,7 @@ def coverage_fraction(
         >>> jax.grad(objective)(setup.values).shape
         (3, 3)
     """
+    check_question(detect)
     ready = _prepare(setup, scene, points, detect)
     given = ready.values if values is None else _numbers(values, ready.values.shape)
     if not isinstance(width, jax.core.Tracer):

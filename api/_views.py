@@ -62,11 +62,14 @@ class ViewCall(ViewOptions, SetupCall):
     folder: str | Path | None = field(default=None, kw_only=True)
     """Folder in which the page may save proposals and pictures; None disables saving."""
     urdf: str | Path | None = field(default=None, kw_only=True)
-    """URDF whose meshes show the robot's surface."""
+    """URDF, xacro or MJCF file whose meshes show the robot's surface, or its name in
+    robot_descriptions."""
     packages: Sequence[str | Path] = field(default=(), kw_only=True)
     """Folders with the meshes of that URDF."""
     package: Mapping[str, str | Path] | None = field(default=None, kw_only=True)
     """Folders of its packages by the packages' names, where the folders have others."""
+    xacro_args: Mapping[str, str] | None = field(default=None, kw_only=True)
+    """Values of a xacro file's arguments by name."""
     wait: bool | None = field(default=None, kw_only=True)
     """Whether to serve until Ctrl-C before returning. The default is True in a script, and False in
     a notebook or at a prompt."""
@@ -102,8 +105,10 @@ def view(call: ViewCall) -> View:
     with input_errors():
         surface = None
         if call.urdf is not None:
-            reading = UrdfOptions(packages=call.packages, package=call.package or {})
-            surface = read_skin(Path(call.urdf), reading, core.robot)
+            reading = UrdfOptions(
+                packages=call.packages, package=call.package or {}, xacro_args=call.xacro_args or {}
+            )
+            surface = read_skin(call.urdf, reading, core.robot)
         folder = None if call.folder is None else writable(call.folder)
         session = ViewerSession(core, setups, folder, surface)
         try:

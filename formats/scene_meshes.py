@@ -69,6 +69,8 @@ def parts_in(
     except MeshError as error:
         raise UserError(f"{where}: {shown(name)}: allowed: {error}") from error
     chosen = _chosen(list(parts), patterns, where.removesuffix(".file"), name)
+    if wrong := next((p for p in map(parts.get, chosen) if isinstance(p, MeshError)), None):
+        raise UserError(f"{where}: {shown(name)}: allowed: {wrong}")
     solid = {part: parts[part] for part in chosen if len(parts[part].faces)}  # others are lines
     if not solid:
         raise UserError(f"{where}: {shown(name)}: found no triangle in the chosen parts")

@@ -23,6 +23,13 @@ class ObjectOptions(Options):
     rod_length: Annotated[float, Number("0.05 to 3 (m)", ge=0.05, le=3)] = 0.3
     """With ``smallest_object``: length of the rod in metres."""
 
+    def __post_init__(self) -> None:
+        """Raise InputError for values out of range, or a rod of bounds that are not computed."""
+        super().__post_init__()
+        if not self.smallest_object and self.rod_length != ObjectOptions.rod_length:
+            line = f"found {self.rod_length:g}, allowed: only with smallest_object"
+            raise InputError(line, "rod_length", others=("smallest_object",))
+
 
 @dataclass(frozen=True, kw_only=True)
 class VerifyOptions(ObjectOptions):

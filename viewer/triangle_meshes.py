@@ -203,11 +203,11 @@ class Skin:
         return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
-def read_skin(path: Path, reading: UrdfOptions, robot: Robot) -> Skin:
-    """Read the visual meshes of the URDF at ``path``.
+def read_skin(source: str | Path, reading: UrdfOptions, robot: Robot) -> Skin:
+    """Read the visual meshes of a robot's description.
 
     Args:
-        path: URDF.
+        source: URDF, xacro or MJCF file, or a name of robot_descriptions.
         reading: the folders of meshes; and the chain, unless the URDF has joints with the names of
             the robot's.
         robot: robot whose joints must equal those of the URDF.
@@ -215,6 +215,7 @@ def read_skin(path: Path, reading: UrdfOptions, robot: Robot) -> Skin:
     Raises:
         UserError: for an invalid URDF or mesh, or if the joints differ from those of ``robot``.
     """
+    path, reading = reading.located(source)
     urdf = reading.read(path)
     joints = robot.chain.joints
     named = all(name in urdf.joints for name in joints)

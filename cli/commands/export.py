@@ -39,9 +39,12 @@ def export(
     robot: RobotOption = None,
     paper: PaperOption = False,
     urdf: Annotated[
-        Path | None,
+        str | None,
         Parameter(
-            help="URDF of the robot, to which sensors are added. Default: that of --robot, if any."
+            help=(
+                "URDF or xacro file of the robot, or a name of robot_descriptions, to which sensors"
+                " are added. Default: that of --robot, if any."
+            )
         ),
     ] = None,
     reading: ReadingOptions = AS_WRITTEN,
@@ -93,7 +96,9 @@ def export(
     setup, place = resolve(subject, where, frames=mounted.resolve())
     resolved = ResolvedSetup(subject, mounted.lifted(setup, place), place)
     with made_folder(out):
-        files, notes = exported(replace(call, setup=resolved, package=reading.resolve().package))
+        read = reading.resolve()
+        call = replace(call, setup=resolved, package=read.package, xacro_args=read.xacro_args)
+        files, notes = exported(call)
     for note in notes:
         say(note, error=True)
     if as_json:

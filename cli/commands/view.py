@@ -21,7 +21,13 @@ def view(
     ] = None,
     given: SubjectOptions = AS_IT_IS,
     urdf: Annotated[
-        Path | None, Parameter(help="URDF whose meshes show the surface of the robot.")
+        str | None,
+        Parameter(
+            help=(
+                "URDF, xacro or MJCF file whose meshes show the surface of the robot, or a name of"
+                " robot_descriptions. Default: that of --robot, if any."
+            )
+        ),
     ] = None,
     out: Annotated[
         Path | None,
@@ -55,10 +61,10 @@ def view(
 
     from ...formats.loader import resolve
     from ...reporting.terminal import Terminal, say
-    from ..options.scenes import urdf_of
+    from ..options.scenes import described
     from ..signals import serve_page
 
-    urdf = urdf or urdf_of(given.place.robot)
+    urdf = urdf or described(given.place.robot)
     shown = given.resolved(subject, urdf)
     beside = None
     if compare is not None:
@@ -74,6 +80,7 @@ def view(
             urdf=urdf,
             packages=reading.packages,
             package=reading.package,
+            xacro_args=reading.xacro_args,
             wait=False,
             **vars(replace(options, browser=False)),  # it is opened once its address is printed
         )

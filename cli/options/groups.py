@@ -57,7 +57,7 @@ class SceneOptions:
     paper: PaperOption = False
     reading: ReadingOptions = AS_WRITTEN
 
-    def given(self, urdf: Path | None = None) -> "Scene | None":
+    def given(self, urdf: str | None = None) -> "Scene | None":
         """Return the scene that the options state, or None if the proposal's scene applies.
 
         Args:
@@ -215,7 +215,7 @@ class SubjectOptions:
     motion: MotionOptions = NO_MOTION
     mounted: FrameOptions = NO_FRAMES
 
-    def resolve(self, subject: str, urdf: Path | None = None) -> "tuple[Setup, Scene]":
+    def resolve(self, subject: str, urdf: str | None = None) -> "tuple[Setup, Scene]":
         """Return the setup of a file or a name, and the scene in which to evaluate it.
 
         A proposal keeps its rings where they are, on the axes of its own scene. What a name or a
@@ -244,7 +244,7 @@ class SubjectOptions:
             scene = self.place.applied(scene, rings_stay=kept)
         return self.mounted.lifted(setup, scene), self.motion.applied(scene)
 
-    def resolved(self, subject: str, urdf: Path | None = None) -> "ResolvedSetup":
+    def resolved(self, subject: str, urdf: str | None = None) -> "ResolvedSetup":
         """Return the setup and its scene with the setup's name, for the API."""
         from place_rings._validation import ResolvedSetup
 

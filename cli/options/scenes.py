@@ -11,7 +11,7 @@ from ...coverage.robots.robot import Robot
 from ...formats.loader import is_proposal, read_robot, read_scene, resolve
 from ...formats.model_reader import read_calibration
 from ...formats.recorded_motion import with_record
-from ...formats.robots.descriptions import is_robot_source
+from ...formats.robots.descriptions import XACRO, is_robot_source
 from ...objectives.poses import Pose
 from ...objectives.scene import Scene, as_in_paper
 from .reading import AS_WRITTEN, ReadingOptions
@@ -48,9 +48,13 @@ def resolve_scene(
     return with_goals(stated, parse_goals(targets, radius, stated.robot))
 
 
-def urdf_of(robot: str | None) -> Path | None:
-    """Return the file of ``--robot`` if it is a URDF."""
-    return Path(robot) if robot is not None and robot.lower().endswith(".urdf") else None
+def urdf_of(robot: str | None) -> str | None:
+    """Return ``--robot`` if it is a URDF or xacro file, or the name of one."""
+    if robot is None or not is_robot_source(robot):
+        return None
+    from ...formats.robots.urdf_options import UrdfOptions  # takes a while to load
+
+    return robot if UrdfOptions().located(robot)[0].suffix.lower() in (".urdf", XACRO) else None
 
 
 def described(robot: str | None) -> str | None:
@@ -144,7 +148,7 @@ def scene_for(
     robot: str | None,
     paper: bool,
     reading: ReadingOptions = AS_WRITTEN,
-    urdf: Path | None = None,
+    urdf: str | None = None,
 ) -> Scene | None:
     """Return the scene that ``--scene``, ``--robot`` and ``--paper`` state for a setup, or None if
     the proposal's scene applies.

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..choices import BaseFrame
+from ..definitions.errors import InputError, shown
 from .kinematics import forward
 from .robot import Robot
 
@@ -57,6 +58,14 @@ def must_turn(robot: Robot, base: BaseFrame | None) -> bool:
             " its own base"
         )
     return base is not None and own is not None and base != own
+
+
+def check_base_frame(robot: Robot, base: BaseFrame | None) -> None:
+    """Raise InputError for the option ``base_frame`` of a robot that has no such frame."""
+    try:
+        must_turn(robot, base)
+    except ValueError as error:
+        raise InputError(f"found {shown(base)}, allowed: {error}", "base_frame") from error
 
 
 def T_turned(robot: Robot, base: BaseFrame | None) -> Float[np.ndarray, "4 4"]:

@@ -9,7 +9,16 @@ from ...coverage.electronics.controllers import ControllerName
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExportOptions(Options):
+class BaseFrameOptions(Options):
+    """The frame in which an export, or a twin, has the cell."""
+
+    base_frame: BaseFrame | None = None
+    """Frame in which the robot and the cell stand, for an arm of Universal Robots: base_link, or
+    pendant, which is turned by 180° about z. Default: the robot's own base, as in scenes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions(BaseFrameOptions):
     """Options of an export."""
 
     pose: Annotated[int, Whole(0)] = 0
@@ -24,9 +33,6 @@ class ExportOptions(Options):
     fire at once."""
     readings: bool = False
     """In an mcap, also what the sensors would report, from a twin in MuJoCo (extra mujoco)."""
-    base_frame: BaseFrame | None = None
-    """Frame in which files state the cell, for an arm of Universal Robots: base_link, or pendant,
-    which is turned by 180° about z. Default: the robot's own base, as in scenes."""
     wiring: Bus | None = None
     """How the sensors of a ring share its I2C bus, for firmware: direct (each XSHUT on a pin),
     multiplexer (each sensor on a channel), or auto (direct where the bus bears it). Default: the

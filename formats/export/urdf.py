@@ -1,5 +1,6 @@
 """URDF: the robot with a link and a fixed joint for each sensor, which looks along its x axis."""
 
+import copy
 import os
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -134,8 +135,17 @@ def _fixed(
 
 
 def _own(urdf: Urdf, folder: Path) -> ET.Element:
-    """Return the user's file, with relative mesh names adapted to ``folder``."""
-    root = plain_xml(bounded_bytes(urdf.path, LARGEST), str(urdf.path), comments=True)
+    """Return the user's file, or what it expands to, with relative mesh names adapted to
+    ``folder``.
+
+    Raises:
+        UserError: if it is an MJCF.
+    """
+    root = copy.deepcopy(urdf.expanded)
+    if root is None:
+        root = plain_xml(bounded_bytes(urdf.path, LARGEST), str(urdf.path), comments=True)
+    if root.tag != "robot":
+        raise unusable(f"{urdf.path}: root", root.tag, "robot, the root of a URDF or xacro file")
     for element in root.iter():
         name = element.get("filename")
         if (

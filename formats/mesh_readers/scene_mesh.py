@@ -18,7 +18,8 @@ _COUNT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\d+)", re.MULTILINE)
 
 
 def read_scene_parts(kind: str, data: bytes) -> dict[str, Any]:
-    """Return the parts of a file by their names, as meshes of trimesh with equal corners merged.
+    """Return the parts of a file by their names, as meshes of trimesh with equal corners merged; a
+    part that cannot be read is the MeshError that says why.
 
     Args:
         kind: one of ``MESHES``; all but glTF and OpenUSD have one part, without a name.
@@ -31,17 +32,20 @@ def read_scene_parts(kind: str, data: bytes) -> dict[str, Any]:
         return {"": _loaded(kind, data)}
     import trimesh  # slow to load
 
+    parts: dict[str, Any]
     if kind in ("gltf", "glb"):
         parts = dict(reversed(gltf_parts(data, _alone).items()))  # from a stack: in file order
     elif kind in USD:
         parts = usd_parts(data)
     else:
         parts = {"": (read_stl if kind == "stl" else read_obj)(data)}
-    if not any(map(len, parts.values())):
+    if not any(isinstance(part, MeshError) or len(part) for part in parts.values()):
         raise MeshError(f"1 to {MOST_TRIANGLES} triangles (it has 0)")
     return {
-        name: trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
-        for name, triangles in parts.items()
+        name: part
+        if isinstance(part, MeshError)
+        else trimesh.Trimesh(**trimesh.triangles.to_kwargs(part), process=True)
+        for name, part in parts.items()
     }
 
 

@@ -15,8 +15,12 @@ from .mesh_numbers import AGAIN, MeshError
 _STARTS = {b"#usda": "stage.usda", b"PXR-USDC": "stage.usdc"}
 
 
-def usd_parts(data: bytes) -> dict[str, Float[np.ndarray, "T 3 3"]]:
-    """Return the triangles (T, 3, 3) m of each part of a stage in a frame that is z-up.
+Triangles = Float[np.ndarray, "T 3 3"]
+
+
+def usd_parts(data: bytes) -> dict[str, Triangles | MeshError]:
+    """Return the triangles (T, 3, 3) m of each part of a stage in a frame that is z-up, or why the
+    part cannot be read.
 
     A part is a prim with a surface that is neither invisible nor a guide. Its name is its path,
     without the first /.
@@ -36,6 +40,8 @@ def usd_parts(data: bytes) -> dict[str, Float[np.ndarray, "T 3 3"]]:
     if said != b"ok":
         raise MeshError(f"OpenUSD that can be read (found {said.decode(errors='replace')})")
     head, _, numbers = rest.partition(b"\n")
-    names, ends = json.loads(head)
+    names, ends, refused = json.loads(head)
     triangles = np.load(io.BytesIO(numbers), allow_pickle=False)
-    return {part: triangles[i:j] for part, (i, j) in zip(names, pairwise([0, *ends]), strict=True)}
+    spans = zip(names, pairwise([0, *ends]), strict=True)
+    parts: dict[str, Triangles | MeshError] = {part: triangles[i:j] for part, (i, j) in spans}
+    return parts | {part: MeshError(why) for part, why in refused.items()}

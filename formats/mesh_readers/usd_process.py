@@ -2,8 +2,9 @@
 
 Run: python -m place_rings.formats.mesh_readers.usd_process FILE
 
-It writes to stdout a line: "refused", then why; or "ok", then in JSON the names of the parts and
-the numbers of triangles up to the end of each, and the triangles (T, 3, 3) m in NumPy's format.
+It writes to stdout a line: "refused", then why; or "ok", then in JSON the names of the parts, the
+numbers of triangles up to the end of each, and why parts by their names have none, and the
+triangles (T, 3, 3) m in NumPy's format.
 """
 
 import json
@@ -36,22 +37,27 @@ _FLAT = "export it flattened"
 _CLIPS = ("clips", "clipSets")  # values from other files
 
 
+class UnknownSurfaceError(MeshError):
+    """A prim has a surface of a kind that is not read."""
+
+
 def main() -> None:
     """Write the parts, or why there are none."""
     limit(_BYTES, _SECONDS)
     out = sys.stdout.buffer
     try:
-        parts = _parts(sys.argv[1])
+        parts, refused = _parts(sys.argv[1])
     except Exception as error:  # whatever a parser of a broken file raises
         why = f"OpenUSD that can be read ({type(error).__name__}); {AGAIN}"
         out.write(b"refused\n" + (str(error) if isinstance(error, MeshError) else why).encode())
         return
     ends = np.cumsum([len(part) for part in parts.values()], dtype=int).tolist()
-    out.write(b"ok\n" + json.dumps([list(parts), ends]).encode() + b"\n")
+    out.write(b"ok\n" + json.dumps([list(parts), ends, refused]).encode() + b"\n")
     np.save(out, np.concatenate([np.zeros((0, 3, 3)), *parts.values()]), allow_pickle=False)
 
 
-def _parts(file: str) -> dict[str, Triangles]:
+def _parts(file: str) -> tuple[dict[str, Triangles], dict[str, str]]:
+    """Return the parts of a file, and why some of them cannot be read; these are empty."""
     from pxr import Usd, UsdGeom
 
     stage = Usd.Stage.Open(_layer(file))
@@ -64,16 +70,21 @@ def _parts(file: str) -> dict[str, Triangles]:
     to_base = Y_UP @ to_base if y_up else to_base
     time = Usd.TimeCode.EarliestTime()  # the first frame, or what is not animated
     poses, parts, total = UsdGeom.XformCache(time), dict[str, Triangles](), 0
+    refused = dict[str, str]()
     for prim in _shown(stage, time):
-        triangles = _triangles(prim, time)
+        name = str(prim.GetPath()).lstrip("/")
+        try:
+            triangles = _triangles(prim, time)
+        except UnknownSurfaceError as error:
+            triangles, refused[name] = np.zeros((0, 3, 3)), str(error)
         total += len(triangles)
         bounded(total, MOST_TRIANGLES, "triangles")
         T = np.array(poses.GetLocalToWorldTransform(prim)).T  # USD has row vectors
         triangles = placed(triangles, to_base @ T)
         if not np.isfinite(triangles).all():
             raise MeshError(f"prims of finite transforms; {AGAIN}")
-        parts[str(prim.GetPath()).lstrip("/")] = triangles
-    return parts
+        parts[name] = triangles
+    return parts, refused
 
 
 def _layer(file: str) -> Any:
@@ -129,7 +140,7 @@ def _triangles(prim: Any, time: Any) -> Triangles:
         return np.roll(made, {"X": 1, "Y": 2}.get(axis, 0), axis=2)
     if prim.IsA(UsdGeom.Curves) or kind == "Points":
         return np.zeros((0, 3, 3))
-    raise MeshError(f"surfaces as meshes ({prim.GetName():.60} is a {kind}); {AGAIN}")
+    raise UnknownSurfaceError(f"surfaces as meshes ({prim.GetName():.60} is a {kind}); {AGAIN}")
 
 
 def _mesh(value: Any) -> Triangles:

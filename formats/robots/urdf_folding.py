@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from ...coverage.definitions.errors import UserError, shown
 from ...coverage.robots.kinematics import Chain, Mimic
-from ...coverage.robots.robot import BASE, HeldJoint
+from ...coverage.robots.robot import BASE, BASE_FRAME, TCP_FRAME, HeldJoint
 from .urdf_arms import ArmEnd
 from .urdf_model import Joint, Urdf, UrdfLink
 from .urdf_tree import LinkTree
@@ -186,6 +186,10 @@ def foreign_joints(tree: LinkTree, path: list[Joint]) -> list[Joint]:
 def _refuse_joints(tree: LinkTree, path: list[Joint]) -> str:
     """Return why the joints of a path cannot be a chain, and the options that mend it; empty if
     they can."""
+    taken = [j.name for j in path if not tree.still(j) and j.name in (BASE_FRAME, TCP_FRAME)]
+    if taken:
+        allowed = f"other names than {BASE_FRAME} and {TCP_FRAME}, which name frames here"
+        return f"joint: found {shown(taken[0])}, a moving joint; allowed: {allowed}"
     bad = foreign_joints(tree, path)
     if not bad:
         return ""

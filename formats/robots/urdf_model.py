@@ -1,7 +1,8 @@
 """Links and joints of a robot as a URDF states them; files of MuJoCo are read as these, too."""
 
 import math
-from dataclasses import dataclass
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -119,6 +120,8 @@ class Urdf:
     """Joints by name."""
     notes: tuple[str, ...] = ()
     """What the reader dropped or took in another way than written, a sentence each."""
+    expanded: ET.Element | None = field(default=None, repr=False, compare=False)
+    """Root of the URDF that the file makes, if it is a xacro file."""
 
     @property
     def addresses(self) -> tuple[str, ...]:

@@ -67,7 +67,8 @@ class UrdfOptions:
         """
         if path.suffix.lower() == XACRO:
             packages = Packages(path, tuple(map(Path, self.packages)), self._named)
-            return read_urdf(path, expand_xacro(path, self.xacro_args, packages))
+            root = expand_xacro(path, self.xacro_args, packages)
+            return replace(read_urdf(path, root), expanded=root)
         if self.xacro_args:
             raise UserError(f"--xacro-arg: {path}: allowed only with a xacro file (.xacro)")
         root = plain_xml(bounded_bytes(path, LARGEST), str(path))

@@ -9,8 +9,10 @@ import numpy as np
 from jaxtyping import Bool
 
 from ...coverage.definitions.errors import InputError, input_errors
-from ...coverage.definitions.options import Options, Seed, Whole
+from ...coverage.definitions.options import Seed, Whole
 from ...coverage.rings.ring import Setup
+from ...coverage.robots.base_frame import check_base_frame
+from ...formats.export.options import BaseFrameOptions
 from ...formats.export.placed import PlacedSetup
 from ...formats.optional_dependencies import require
 from ...objectives.firing.schedule import firing_schedule
@@ -26,7 +28,7 @@ from .world import TwinWorld, scene_world
 
 
 @dataclass(frozen=True, kw_only=True)
-class TwinOptions(Options):
+class TwinOptions(BaseFrameOptions):
     """What a twin holds, and how its sensors report."""
 
     model: Any = None
@@ -63,6 +65,9 @@ class TwinOptions(Options):
             _check_items("joints", self.joints, str, "a list of names")
             if self.model is None:
                 raise InputError("found names, allowed: only with model", "joints", "", ("model",))
+        if self.model is not None and self.base_frame is not None:
+            line = f"found {self.base_frame}, allowed: only without model, whose own frame counts"
+            raise InputError(line, "base_frame", "", ("model",))
         if not isinstance(self.noise, Noise | None):
             raise InputError(f"found a {type(self.noise).__name__}, allowed: Noise, None", "noise")
 
@@ -91,7 +96,8 @@ def sensor_twin(name: str, setup: Setup, scene: Scene, options: TwinOptions) -> 
     if options.pose >= len(scene.poses):
         line = f"found {options.pose}, allowed: 0 to {len(scene.poses) - 1}"
         raise InputError(line, "pose")
-    placed = PlacedSetup(scene, setup, options.pose, Path())
+    check_base_frame(scene.robot, options.base_frame)
+    placed = PlacedSetup(scene, setup, options.pose, Path(), base=options.base_frame)
     bodies = [placed_body(solid) for solid in options.bodies]
     shapes = [placed_body.body for placed_body in bodies]
     if options.model is None:

@@ -161,7 +161,7 @@ class SensorTwin:
 
         Args:
             body: number of the body.
-            centre: centre (3,) in the world, m; the scene's own model has the robot's base frame.
+            centre: centre (3,) in the world, m; the scene's own model has the twin's base frame.
             frame: its axes in columns (3, 3); by default it stays as it is turned.
 
         Raises:

@@ -133,7 +133,7 @@ def _normals() -> tuple[None, ...]:
 
 def scene_world(placed: PlacedSetup, bodies: Sequence[TwinBody] = ()) -> TwinWorld:
     """Return the world of a scene at a pose: the robot's capsules and the cell's obstacles, as the
-    MJCF of a setup has them. Its base frame is that of the robot; the bodies are away."""
+    MJCF of a setup has them, in the same frame; the bodies are away."""
     import mujoco
 
     spec = mujoco.MjSpec.from_string(mjcf(placed)["scene.xml"].decode())
@@ -141,9 +141,12 @@ def scene_world(placed: PlacedSetup, bodies: Sequence[TwinBody] = ()) -> TwinWor
         spec.delete(sensor)
     for name in (sensor.name for sensor in placed.sensors):  # each body takes time of each ray
         held = spec.body(name)
-        link, place = held.parent, {"pos": held.pos.copy(), "quat": held.quat.copy()}
+        link, frame = held.parent, held.frame
+        place = {"pos": held.pos.copy(), "quat": held.quat.copy()}
         spec.delete(held)
-        link.add_site(name=name, size=[SITE] * 3, **place)
+        site = link.add_site(name=name, size=[SITE] * 3, **place)
+        if frame is not None:
+            site.set_frame(frame)
     for geom in spec.geoms:
         geom.group = CELL if geom.name.startswith("obstacle_") else ROBOT
     world = compiled(spec, placed, bodies)

@@ -2,6 +2,7 @@
 
 import copy
 
+import numpy as np
 import place_rings as pr
 import pytest
 from hypothesis import given, settings
@@ -86,6 +87,8 @@ def test_what_is_no_question_of_detection_is_refused_under_its_name(found):
     for call in (
         lambda: pr.verify("n1_4_0", scene, detect=found),
         lambda: pr.search(scene, sensors=4, time=0.2, detect=found),
+        lambda: pr.safety("n1_4_0", scene, approaches=16, detect=found),
+        lambda: pr.coverage_fraction("n1_4_0", scene, np.zeros((4, 3)), detect=found),
     ):
         with pytest.raises(pr.InputError) as error:
             call()

@@ -51,6 +51,11 @@ def test_a_rod_length_out_of_range_is_refused(capsys):
         verified(capsys, "--smallest-object", "--rod-length", "9")
 
 
+def test_a_rod_without_objects_is_refused(capsys):
+    with refused("rod_length smallest_object"):
+        verified(capsys, "--rod-length", "0.5")
+
+
 @pytest.mark.slow
 def test_a_search_says_whether_its_answer_keeps_the_largest_gap(tmp_path):
     scene, out = tmp_path / "cell.toml", tmp_path / "out"

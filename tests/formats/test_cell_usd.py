@@ -8,6 +8,7 @@ from place_rings.formats import optional_dependencies
 from place_rings.formats.loader import read_scene
 from place_rings.formats.mesh_readers.mesh_numbers import MOST_PARTS, MeshError
 from place_rings.formats.mesh_readers.usd import usd_parts
+from place_rings.formats.scene_meshes import parts_in
 from pxr import Gf, Sdf, Usd, UsdGeom
 from scipy.spatial.transform import Rotation
 
@@ -191,8 +192,6 @@ BAD = {
     "cut": b"PXR-USDC" + bytes(60),
     "deep": b"#usda 1.0\n" + b'def "a"\n{\n' * 500_000,
     "many": b"#usda 1.0\n" + b"".join(b'def "a%d"{}\n' % i for i in range(MOST_PARTS + 2)),
-    "surface": b'#usda 1.0\ndef NurbsPatch "a" {}',
-    "scattered": b'#usda 1.0\ndef PointInstancer "a" {}',
     "corner": b'#usda 1.0\ndef Mesh "a" {\npoint3f[] points = [(0, 0, 0)]\n'
     b"int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\n}",
     "infinite": b'#usda 1.0\ndef Cube "a" {\ndouble size = inf\n}',
@@ -204,6 +203,19 @@ BAD = {
 def test_a_damaged_or_harmful_file_is_refused(kind):
     with pytest.raises(MeshError):
         usd_parts(BAD[kind])
+
+
+@pytest.mark.parametrize("kind", ["NurbsPatch", "PointInstancer"])
+def test_a_surface_that_is_not_read_is_refused_only_where_it_is_chosen(tmp_path, kind):
+    stage = stage_of()
+    pyramid(stage, "/tent")
+    stage.DefinePrim("/sail", kind)
+    stage.GetRootLayer().Export(str(tmp_path / "cell.usda"))
+    rest = parts_in("here", "cell.usda", (tmp_path / "cell.usda").read_bytes(), ["*", "!sail"])
+    assert list(rest) == ["tent"]
+    for patterns in ((), ["sail"], ["*"]):
+        with refused("cell.usda", "sail", kind):
+            parts_in("here", "cell.usda", (tmp_path / "cell.usda").read_bytes(), patterns)
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ that form stands in for it."""
 import sys
 from itertools import product
 
+import place_rings as pr
 import pytest
 from place_rings.formats.robots.descriptions import find_description, is_robot_source
 from place_rings.formats.robots.urdf_options import UrdfOptions
@@ -147,3 +148,14 @@ def test_a_source_is_a_file_of_a_description_or_a_name():
         assert is_robot_source(text)
     for text in ("ur5e", "robot.toml", "description", "a_description.toml"):
         assert not is_robot_source(text)
+
+
+def test_an_export_adds_its_sensors_to_a_robot_by_its_name(cache, tmp_path):
+    path = cache / "arms" / "arm" / "urdf" / "arm.urdf"
+    turning = '<child link="upper"/></joint>'
+    moved = '<child link="upper"/><origin xyz="0 0 0.1"/></joint>'
+    path.write_text(path.read_text().replace(turning, moved))
+    robot = pr.load("plain_description", tip="tool0")
+    setup = pr.Setup((), (pr.MountedSensor("tcp", (0, 0, 0.1), (0, 0, 1)),))
+    pr.export(setup, pr.Scene(robot=robot), to="urdf", urdf="plain_description", folder=tmp_path)
+    assert {"upper", "tool0", "tof_0_0"} <= set(UrdfOptions().read(tmp_path / "robot.urdf").links)

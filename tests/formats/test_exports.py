@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import mujoco
 import numpy as np
+import place_rings as pr
 import pytest
 import trimesh
 import yaml
@@ -492,3 +493,14 @@ def test_a_users_link_with_an_odd_name_is_no_default_of_the_macro_and_refused_fo
     assert macro.attrib["params"] == given
     with refused('odd.urdf link "$(eval 1)"'):
         FORMATS["ros2"](placed)
+
+
+OF_ONE_FORMAT = {"readings": True, "scheduled": True, "points": 9, "board": "pico"}
+
+
+@pytest.mark.parametrize(("option", "value"), OF_ONE_FORMAT.items())
+def test_an_option_that_no_chosen_format_has_is_refused(tmp_path, option, value):
+    with pytest.raises(pr.InputError) as error:
+        pr.export("n1_4_0", to=("csv", "json"), folder=tmp_path / "out", **{option: value})
+    assert error.value.argument == option
+    assert not (tmp_path / "out").exists()

@@ -130,6 +130,21 @@ def test_a_bad_robot_is_one_line_and_nothing_is_written(folder, run, text, parts
         assert not out.exists()
 
 
+@pytest.mark.parametrize("name", ["tcp", "base"])
+def test_a_moving_joint_with_the_name_of_a_frame_is_refused_with_its_file(folder, name, run):
+    path = folder / "named.urdf"
+    path.write_text(
+        f'''<robot name="x"><link name="a"/><link name="b"/><joint name="{name}" type="revolute">
+<parent link="a"/><child link="b"/><origin xyz="0 0 0.3"/><limit lower="-1" upper="1"/></joint>
+</robot>'''
+    )
+    code, _, err = run("robot", path, "--out", folder / "out")
+    assert code == 2
+    assert "named.urdf" in err
+    assert name in err
+    assert not (folder / "out").exists()
+
+
 @pytest.mark.parametrize(
     "text", [b"\xff\xfe\x00", "<robot name='\xe9'/>".encode("latin-1"), b"\0" * 100, b""]
 )

@@ -5,6 +5,8 @@ import tracemalloc
 import xml.etree.ElementTree as ET
 from contextlib import contextmanager, suppress
 
+import numpy as np
+import place_rings as pr
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,6 +16,7 @@ from place_rings.formats.robots.packages import Packages
 from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.formats.robots.xacro_expressions import value_of
 from place_rings.formats.robots.xacro_files import expand_xacro
+from place_rings.viewer.triangle_meshes import read_skin
 
 from ..support.refusals import refused
 
@@ -68,6 +71,45 @@ def test_an_argument_chooses_a_variant(arm):
 def test_an_argument_that_no_file_declares_is_refused(arm):
     with refused(arm.name, "tol", "tool"):
         UrdfOptions(xacro_args={"tol": "false"}).read(arm)
+
+
+SENSOR = pr.MountedSensor("tcp", (0, 0, 0.1), (0, 0, 1))
+
+
+def test_an_export_adds_its_sensors_to_what_a_xacro_file_makes(arm, tmp_path, run):
+    """By Python and by the command, with --urdf and by --robot: as to the URDF itself."""
+    plain, setup = tmp_path / "plain.urdf", pr.Setup((), (SENSOR,))
+    arm.write_text(arm.read_text().replace("<axis", '<origin xyz="0 0 0.1"/><axis'))
+    plain.write_text(ET.tostring(expanded(arm, tool="true"), "unicode"))
+    scene = pr.Scene(robot=pr.load(plain, tip="tool0"))
+    for file, args in ((plain, {}), (arm, {"tool": "true"})):
+        out = tmp_path / file.suffix[1:]
+        pr.export(setup, scene, to=("urdf", "json"), urdf=file, xacro_args=args, folder=out)
+    wanted = UrdfOptions().read(tmp_path / "urdf" / "robot.urdf")
+    assert {"upper", "tool0", "tof_0_0"} <= set(wanted.links)
+    given = (("--urdf", arm, "--robot", arm), ("--robot", arm))
+    for number, options in enumerate(given):
+        out = tmp_path / f"run{number}"
+        words = ("--tip", "tool0", "--xacro-arg", "tool=true", "--to", "urdf", "--out", out)
+        code, _, err = run("export", tmp_path / "xacro" / "sensors.json", *options, *words)
+        assert code == 0, err
+    for folder in ("xacro", "run0", "run1"):
+        found = UrdfOptions().read(tmp_path / folder / "robot.urdf")
+        assert repr((found.links, found.joints)) == repr((wanted.links, wanted.joints))
+
+
+def test_the_surface_of_a_robot_is_that_of_what_its_xacro_file_makes(arm, tmp_path):
+    plain = tmp_path / "plain.urdf"
+    arm.write_text(arm.read_text().replace("<axis", '<origin xyz="0 0 0.1"/><axis'))
+    text = ET.tostring(expanded(arm), "unicode").replace("collision>", "visual>")
+    plain.write_text(text)
+    visual = tmp_path / "visual.urdf.xacro"
+    visual.write_text(arm.read_text().replace("collision>", "visual>"))
+    reading = UrdfOptions(tip="tool0")
+    robot = reading.fit(arm).robot
+    one, other = (read_skin(str(f), reading, robot).at(np.array([0.3]))[0] for f in (plain, visual))
+    assert len(one)
+    np.testing.assert_allclose(one, other)
 
 
 def test_an_argument_of_another_file_is_refused(tmp_path):

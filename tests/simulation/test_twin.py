@@ -19,6 +19,7 @@ from place_rings.rig.simulated_cell.world import World
 
 from ..rig.cell import SCENE, SETUP, SQUARE
 from ..strategies.rings import poses
+from ..support.refusals import refused
 
 few = settings(max_examples=8, deadline=None)
 L5CX = effective(Use("vl53l5cx")).sensor
@@ -188,6 +189,34 @@ def test_an_arm_of_ones_own_reads_the_same_wherever_it_stands(tmp_path_factory, 
     mine = pr.twin(setup, EMPTY, noise=None)
     frames = [np.nan_to_num(t.reset(q).distance_mm, nan=np.inf) for t in (own, mine)]
     assert np.isclose(*frames, rtol=0, atol=0.05).mean() > 0.998
+
+
+@few
+@given(poses(), st.sampled_from(["ur5e", "ur10", "ur10_dh"]), st.tuples(*[st.floats(-1, 1)] * 3))
+def test_both_base_frames_of_a_ur_arm_give_equal_readings(q, robot, place):
+    """A ball that is turned with the cell, a wall, and a camera of the cell; without noise."""
+    camera = pr.MountedSensor("base", (1.2, 0.3, 0.9), (-8, -2, -5), L5CX, (0, 0, 1))
+    wall = pr.Obstacle("wall", centre=(0.9, 0.4, 0.5), size=(0.1, 1.0, 0.7), rpy_deg=(0, 10, 20))
+    scene = pr.Scene(robot=robot, sensor=L5CX, obstacles=[wall], cell_sensors=[camera])
+    setup = pr.Setup((pr.Ring("forearm", 0.5, 3, sensor=L5CX),))
+    frames = []
+    for base, half in (("base_link", robot == "ur10_dh"), ("pendant", robot != "ur10_dh")):
+        turned = -1 if half else 1
+        ball = pr.Sphere(0.2, centre=(turned * place[0], turned * place[1], place[2]))
+        twin = pr.twin(setup, scene, bodies=[ball], base_frame=base, noise=None)
+        frames.append((twin.reset(q), twin.world.apex * (turned, turned, 1)))
+    (one, apex), (other, same) = frames
+    np.testing.assert_allclose(apex, same, atol=1e-9)
+    equal = np.isclose(one.targets_mm, other.targets_mm, atol=1e-5, equal_nan=True)
+    assert equal.mean() > 0.9999  # but for rays that graze an edge
+    assert np.isfinite(one.distance_mm[-1]).any()
+
+
+def test_a_base_frame_that_a_robot_or_a_model_does_not_have_is_refused(tmp_path):
+    with refused("base_frame pendant", error=pr.InputError):
+        pr.twin("n1_8_0", pr.Scene(robot="panda"), base_frame="pendant")
+    with refused("base_frame model", error=pr.InputError):
+        pr.twin("n1_8_0", model="cell.xml", base_frame="pendant")
 
 
 def test_physics_of_a_model_of_ones_own_drive_its_readings(tmp_path):
