@@ -30,6 +30,7 @@ from ..coverage.voxels.object_room import BALL, ObjectShape, TargetCells, Unseen
 from .object_bounds import MOST, ObjectBounds, SmallestObject, verdict_of
 from .occlusion import sight
 from .options import ObjectOptions
+from .pose_subset import MANY
 from .scene import Scene
 from .verify import Verifier
 
@@ -120,6 +121,26 @@ def smallest_object(
         rods=tuple(rods),
         seconds=time.perf_counter() - start,
     )
+
+
+def gap_excess(scene: Scene, setup: Setup) -> float:
+    """Return by how much the diameters of unseen spheres of ``setup`` that were found exceed the
+    goals' largest gaps, summed over the goals, m; 0 for more than ``MANY`` poses, at which finding
+    them takes too long for a search.
+
+    Raises:
+        ValueError: as ``unseen_space`` does.
+    """
+    excess = []
+    for goal in scene.targets:
+        if goal.largest_gap is not None and len(scene.poses) <= MANY:
+            spaces = (
+                unseen_space(scene, setup, goal.target, pose, SIDE, 0.0)
+                for pose in range(len(scene.poses))
+            )
+            largest = max(largest_object(space, BALL, WIDTH / 2).low for space in spaces)
+            excess.append(max(2 * largest - goal.largest_gap, 0.0))
+    return math.fsum(excess)
 
 
 def smallest_objects(

@@ -39,6 +39,7 @@ class SoftCoverage:
         terms: Sequence[Term],
         points: Sequence[Float[np.ndarray, "N 3"]],
         aim: Criterion | None = None,
+        ball: Sequence[float] | None = None,
     ) -> None:
         """Store T terms; for several mountings all terms of the first come first.
 
@@ -47,13 +48,15 @@ class SoftCoverage:
             terms: goal and pose of each term.
             points: N points of each term, m, base frame.
             aim: the criterion; by default ζ itself.
+            ball: radius of the ball about each point of a term that a beam is to meet, m; see
+                ``SoftTerms.of``.
 
         Raises:
             BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
         """
         check_bodies(scene, scene.occlusion)
         self.scene, self.aim = scene, aim or Criterion()
-        self.terms = SoftTerms.of(scene, terms, self.aim)
+        self.terms = SoftTerms.of(scene, terms, self.aim, ball)
         self.all = Sample(jnp.asarray(np.stack(points), jnp.float32))
 
     def share(

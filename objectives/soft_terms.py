@@ -37,9 +37,11 @@ from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron
 from .criterion import Criterion
 from .floors import floors, soft_minimum, worth
+from .gap_goals import without_gaps
 from .scene import Scene
 
 _STRAIGHT = np.array([[[1.0, 0.0, 0.0]]], np.float32)  # the seat of a sensor that does not err
+_ANYWHERE = 1e4  # m, radius of a ball that every beam meets
 Term = tuple[int, int]  # goal and pose
 
 
@@ -57,7 +59,7 @@ class Sample(NamedTuple):
 @partial(
     jax.tree_util.register_dataclass,
     data_fields=(
-        *("goal", "pose", "mounting", "frames", "bodies", "obstacles"),
+        *("goal", "pose", "mounting", "ball", "frames", "bodies", "obstacles"),
         *("weights", "of_pose", "floors"),
     ),
     meta_fields=("occlusion", "over_poses", "aim", "still"),
@@ -75,6 +77,8 @@ class SoftTerms:
     """Pose of each term."""
     mounting: Int[Array, " T"]
     """Mounting of each term."""
+    ball: Float[Array, " T"]
+    """Radius of the ball about each point of a term that a beam is to meet, m."""
     frames: Float[Array, "P F 4 4"]
     """Frames of the robot, T_base_frame."""
     bodies: Capsules | None
@@ -97,8 +101,15 @@ class SoftTerms:
     """Number of the cell's sensors, which come last."""
 
     @staticmethod
-    def of(scene: Scene, terms: Sequence[Term], aim: Criterion) -> "SoftTerms":
-        """Return the terms of a scene; for several mountings all of the first come first."""
+    def of(
+        scene: Scene, terms: Sequence[Term], aim: Criterion, ball: Sequence[float] | None = None
+    ) -> "SoftTerms":
+        """Return the terms of a scene; for several mountings all of the first come first.
+
+        ``ball`` is the radius of the ball about each point of a term that a beam is to meet, m,
+        infinity where none must; by default 0.
+        """
+        scene = scene if ball is not None else without_gaps(scene)
         goal, pose = (np.array(column) for column in zip(*terms, strict=True))
         mounting = np.arange(len(terms)) // (len(terms) // aim.mountings)
         frames = np.array([forward(scene.robot.chain, p.q) for p in scene.poses], np.float32)
@@ -111,8 +122,20 @@ class SoftTerms:
         weights, of_pose, least = (
             a.astype(np.float32) for a in (scene.goal_weights, scene.pose_weights, floors(scene))
         )
+        balls = np.minimum(np.zeros(len(terms)) if ball is None else ball, _ANYWHERE)
         return SoftTerms(
-            *(goal, pose, mounting, frames, bodies, obstacles, weights, of_pose, least),
+            *(
+                goal,
+                pose,
+                mounting,
+                balls.astype(np.float32),
+                frames,
+                bodies,
+                obstacles,
+                weights,
+                of_pose,
+                least,
+            ),
             *(scene.occlusion, scene.over_poses, aim, len(scene.cell_sensors)),
         )
 
@@ -168,10 +191,10 @@ class SoftTerms:
         """Return what is discrete about the sensors, for each term; see ``criterion``."""
         rings, _, occluders = self._placed(arrays, values, None)
 
-        def term(here: Any, hidden: Any, points: Any) -> Choices:
-            return choices(here, points, most, width, hidden)
+        def term(here: Any, hidden: Any, points: Any, ball: Any) -> Choices:
+            return choices(here, points, most, width, hidden, ball)
 
-        chosen: Choices = self._each_term(term, rings, occluders, points)
+        chosen: Choices = self._each_term(term, rings, occluders, points, self.ball)
         return chosen
 
     def _zetas(
@@ -188,15 +211,15 @@ class SoftTerms:
         rings, seat, hidden = self._placed(arrays, values, wide)
         sensors, detection = arrays.turn.shape[0], self.aim.detection
 
-        def term(here: Any, hidden: Any, points: Any, chosen: Choices, seat: Any) -> Any:
+        def term(here: Any, hidden: Any, points: Any, ball: Any, chosen: Any, seat: Any) -> Any:
             if detection is not None and here.detectors is not None:
                 missed = log_undetected(here, points, detection.extent, chosen, hidden, seat)
                 return detected(missed, detection.at_least)
-            free = log_uncovered(here, points, wide, chosen, hidden, seat)
+            free = log_uncovered(here, points, wide, chosen, hidden, seat, ball)
             return covered(free, chosen.near.sensor, sensors, self.aim.seen, self.aim.losing)
 
         seats = None if seat is None else seat[self.mounting]
-        degrees = self._each_term(term, rings, hidden, sample.points, chosen, seats)
+        degrees = self._each_term(term, rings, hidden, sample.points, self.ball, chosen, seats)
         return sample.rest + sample.share * degrees.mean(axis=-1), degrees
 
     def _placed(

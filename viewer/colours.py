@@ -53,7 +53,13 @@ KINDS = (
     DrawingKind(TWICE, "covered by two or more", COVERED_TWICE, 0.0034, True),
 )
 CURVE, OUTLINE, FLOOR = "#23272b", "#8f8a80", "#d9dde1"
-_ON_DARK = {SHADOWED_COLOUR: "#f4f4f4", CURVE: "#e8eaed", FLOOR: "#2a2d31", OUTLINE: "#4a4843"}
+SPHERES = ("#fde725", "#90d743", "#35b779", "#21918c", "#31688e", "#443983")
+"""Colours of the classes of diameters of unseen spheres, from small to large: viridis."""
+LARGEST = "#d1245b"  # the largest unseen sphere, as in reports
+_ON_DARK = {
+    **dict(zip(SPHERES, reversed(SPHERES), strict=True)),
+    **{SHADOWED_COLOUR: "#f4f4f4", CURVE: "#e8eaed", FLOOR: "#2a2d31", OUTLINE: "#4a4843"},
+}
 
 
 def on_page(colour: str, dark: bool) -> str:

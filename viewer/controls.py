@@ -41,9 +41,14 @@ class Controls:
             "Count",
             hint="Count voxels, with the error of the count, and compute a guaranteed interval.",
         )
+        self.unseen = gui.add_button(
+            "Unseen spheres",
+            hint="Find the largest sphere about each place of the target that no sensor sees.",
+        )
         self.stop = gui.add_button("Stop", color="red", visible=False)
         self.progress = gui.add_progress_bar(0.0, visible=False)
         self.said, self.proofs = gui.add_html(""), gui.add_html("")
+        self.spheres = gui.add_html("")
         self.steps = gui.add_button_group("Changes", STEPS, hint="Also Ctrl+Z and Ctrl+Shift+Z.")
         tabs = gui.add_tab_group()
         with tabs.add_tab("View"):
@@ -128,7 +133,7 @@ class Controls:
         set_value(self.progress, 0.0)
         self.progress.visible = on
         self.stop.visible = on
-        for button in (self.prove, self.search):
+        for button in (self.prove, self.search, self.unseen):
             button.disabled = on
         self.save.disabled = on or self._room.out is None
 
@@ -166,6 +171,9 @@ class ViewControls:
         )
         self.views = gui.add_button_group("View from", (START, *VIEWS))
         self.kinds = gui.add_dropdown("Points", list(SHOWN_KINDS))
+        self.spheres = gui.add_checkbox(
+            "Unseen spheres", True, hint="Once they are found: in place of the points."
+        )
         self.cut = gui.add_dropdown(
             "Cut", CUTS, hint="Points on one side of a plane are not drawn. They still count."
         )

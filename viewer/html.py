@@ -4,12 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+import numpy as np
+
 from ..coverage.definitions.escaping import printable
 from ..reporting.tables import percent
 from ..reporting.text import counted, with_error
-from .colours import KINDS, WARNING, on_page
+from .colours import KINDS, LARGEST, SPHERES, WARNING, on_page
 from .quick_estimate import SensorReport
 from .tasks import Proof
+from .unseen_spheres import UnseenSpheres
 
 UNBUILDABLE = "Cannot be built by the scene's rules"
 _FAINT = "opacity:.72"
@@ -177,6 +180,33 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
         )
     return _box(
         _text(name) + _table(["ζ in %", "counted", "target, cm³", "guaranteed interval"], rows)
+    )
+
+
+def sphere_legend(spheres: UnseenSpheres, dark: bool = False) -> str:
+    """Return the legend of a map of unseen spheres; ``dark``: whether the page is dark."""
+    step, kind = spheres.step, spheres.kind
+    edge = "box-shadow:0 0 0 1px rgba(128,128,128,.6)"
+    lines = []
+    for k, colour in enumerate(SPHERES):
+        share = spheres.unseen * float((kind == k).mean()) if len(kind) else 0.0
+        last = k + 1 == len(SPHERES)
+        size = f"{step * k} mm or more" if last else f"{step * k} to {step * (k + 1)} mm"
+        lines.append(
+            f"<span><span style='background:{on_page(colour, dark)};{edge};display:inline-block;"
+            f"width:10px;height:10px;border-radius:5px'></span> ⌀ {size}"
+            f" ({100 * share:.1f} %)</span>"
+        )
+    most_apart = float(np.ptp(spheres.diameters, axis=0).max(initial=0.0))
+    largest = spheres.largest
+    found = "none was found" if largest.centre is None else f"⌀ {largest.text}"
+    return _box(
+        f"<b>Unseen spheres</b> of {_text(str(spheres.target))}: the diameter of the largest one"
+        " about each place that no sensor sees, and the share of such places"
+        f"<div style='display:flex;flex-direction:column'>{''.join(lines)}</div>"
+        f"<span style='color:{LARGEST}'>●</span> The largest: {_text(found)}, proved."
+        f" <span style='{_FAINT}'>Elsewhere: the middle of bounds that are up to"
+        f" {1000 * most_apart:.0f} mm apart.</span>"
     )
 
 

@@ -80,6 +80,7 @@ class Page:
         self._actions.choose(c.steps, partial(self._attempt, edits.step))
         self._press(c.prove, tasks.prove)
         self._press(c.search, tasks.search)
+        self._press(c.unseen, tasks.spheres)
         self._press(c.save, tasks.save)
         c.stop.on_click(lambda _: self._work.stop())  # at once, in a thread of viser
         c.picture.on_click(lambda _: self._attempt(tasks.picture))  # it waits for the browser
@@ -99,6 +100,7 @@ class Page:
         self._on(c.outline, lambda v: choose(outline=bool(v)))
         self._on(c.robot, lambda v: choose(robot=bool(v)))
         self._on(c.kinds, lambda v: choose(kinds=SHOWN_KINDS[v]))
+        self._on(c.spheres, lambda v: self._set(spheres=bool(v)))
         self._on(c.cut, self._cut)
         self._on(c.plane, lambda v: self._set(plane=finite(v) / 1000))
         self._on(c.dark, lambda v: self._set(dark=bool(v)))

@@ -26,6 +26,7 @@ from .quick_estimate import SHOWN, sensor_report
 from .ring_handles import RingHandles
 from .scene_graph import SceneGraph
 from .session import ViewerSession
+from .unseen_spheres import UnseenSpheres
 from .worker import Worker
 
 _SLOW = 0.12  # s; where all points take longer, few are counted first
@@ -72,6 +73,8 @@ class PageDrawing:
         self.cut: Cut | None = None
         self.proof: tuple[Setup, Occlusion, str] | None = None
         """Setup, model and text of the last count; the text is shown while both are."""
+        self.spheres: UnseenSpheres | None = None
+        """The last map of unseen spheres, drawn in place of the points while it holds."""
         self._labels = self._names_in_scene()
         frame = f" of {frame_text(room.scene.robot)}"
         for name, (_, end) in zip("xyz", BASE_AXES, strict=True):
@@ -170,6 +173,8 @@ class PageDrawing:
                 ring = min(choice.ring, len(setup.groups) - 1)
                 mine = replace(mine, ring=ring, sensor=None)
             dots, each = room.drawing.points(setup, mine, setups)
+            if (spheres := self._spheres(setup, mine, state)) is not None:
+                dots = spheres.items(mine)
             drawn.append({**room.drawing.backdrop(mine), **room.drawing.rings(setup, mine), **dots})
             shares = each if i == state.active else shares
         with self._client.atomic():
@@ -184,6 +189,12 @@ class PageDrawing:
             else:
                 self._handles.hide()
         return shares
+
+    def _spheres(self, setup: Setup, choice: DrawnParts, state: PageState) -> UnseenSpheres | None:
+        """Return the map of unseen spheres if it is to be drawn for a setup."""
+        spheres = self.spheres
+        holds = state.spheres and spheres is not None and spheres.of(setup, choice)
+        return spheres if holds else None
 
     def _rows(
         self, setups: list[Setup], occlusion: Occlusion, count: int | None
@@ -239,6 +250,10 @@ class PageDrawing:
         curve = self._curve(setup, state) if controls.view.curve is not None else None
         if self._closed:
             return
+        spheres = self._spheres(setup, choice, state)
+        controls.spheres.content = (
+            "" if spheres is None else words.sphere_legend(spheres, state.dark)
+        )
         controls.proofs.content = proof[2] if proof is not None and holds else ""
         controls.rules.content = words.violations([fault.text for fault in broken])
         controls.rings.report.content = report

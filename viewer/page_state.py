@@ -136,6 +136,8 @@ class PageState:
     """Distance of a plane across an axis from the base, m."""
     dark: bool = False
     """Whether the page is dark."""
+    spheres: bool = True
+    """Whether a map of unseen spheres is drawn."""
     handles: bool = False
     """Whether the selected ring has handles."""
     view: str | None = None

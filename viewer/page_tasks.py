@@ -1,7 +1,8 @@
-"""Long tasks of a page: the count, the search, saving, and pictures."""
+"""Long tasks of a page: the count, unseen spheres, the search, saving, and pictures."""
 
 import io
 import re
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -30,6 +31,7 @@ from .page_drawing import PageDrawing
 from .page_state import PageState, Version
 from .session import ViewerSession
 from .tasks import prove, search_from
+from .unseen_spheres import unseen_spheres
 
 _LONGEST_NAME = 60  # characters of a downloaded file's name
 _MOST_PIXELS = 3840 * 2160  # of a picture; a larger one may be too long for a message
@@ -90,6 +92,28 @@ class PageTasks:
             self._work.note(
                 f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f}"
                 f" s{'' if same else '; the setup has changed since'}"
+            )
+
+        self._work.start(work)
+
+    def spheres(self) -> None:
+        """Start to find the largest unseen sphere about each place, for what the page shows of the
+        active setup."""
+        _, now, scene = self._subject()
+        with self._state.held() as state:
+            choice = state.choice
+
+        def work(job: Job) -> None:
+            began = time.perf_counter()
+            spheres = unseen_spheres(scene, now.setup, choice, job.tell)
+            self._drawing.spheres = spheres
+            self._drawing.show()
+            _, later, _ = self._subject()
+            with self._state.held() as state:
+                same = spheres.of(later.setup, state.choice)
+            self._work.note(
+                f"found in {time.perf_counter() - began:.1f} s"
+                f"{'' if same else '; the page shows something else since'}"
             )
 
         self._work.start(work)

@@ -15,6 +15,7 @@ from ..objectives.criterion import Criterion, judge
 from ..objectives.feasibility.violations import held
 from ..objectives.pose_subset import MANY
 from ..objectives.scene import Scene
+from ..objectives.smallest_object import gap_excess
 from ..objectives.verified import Verified
 from ..objectives.verify import VOXEL, Verifier
 from ..placement.search.context import SearchContext
@@ -138,6 +139,7 @@ def search_from(
     verifier, aim = Verifier(asked, voxel), Criterion()
     tell("counting the initial setup", 0.0)
     short, before = judge(verifier, present, aim)
+    short += gap_excess(asked, present)
     if stopped():
         return SearchAnswer(present, before, before, False, _STOPPED)
 
@@ -155,7 +157,7 @@ def search_from(
 
     context = SearchContext(verifier, aim, progress, StopToken(_LONG, clock), schedule)
     result = search(space, SearchOptions(seed=seed, start=(present,)), context)
-    lacks, after = result.short, result.exact
+    lacks, after = result.missed, result.exact
     if len(asked.poses) > MANY:  # the search may have used a coarse count
         lacks, after = judge(verifier, result.setup, aim)
     better = (lacks, -after) < (short, -before)

@@ -16,6 +16,7 @@ from ..occlusion.occlusion_mode import Occlusion
 from ..robots.robot import Mount
 from ..solids.polyhedra import Polyhedron, crossing, placed
 from ..solids.segments import inner, nearest_places
+from .balls import STEPS
 from .mount_points import MountPoints
 
 # of its radius, length of the parts of a capsule in balls; most parts
@@ -231,5 +232,25 @@ class Outlook:
                 ]
                 way = [v - a for v, a in zip((some.x, some.y, some.height), apex, strict=True)]
                 clear[k : k + _OUTLOOK] = self._past.clear(apex, way, some.pose)
+                if some.ball.any():
+                    self._look_at_rims(clear[k : k + _OUTLOOK], some, apex, way)
             self._rows[row] = clear
         return self._rows[row]
+
+    def _look_at_rims(
+        self,
+        clear: Bool[np.ndarray, " M"],
+        some: MountPoints,
+        apex: list[Float[np.ndarray, " M"]],
+        way: list[Float[np.ndarray, " M"]],
+    ) -> None:
+        """Set the flags of points with a ball of which a place on the rim, across ``way``, is in
+        sight."""
+        level = np.stack([-np.sin(some.azimuth), np.cos(some.azimuth), 0 * some.azimuth])
+        upward = np.cross(np.stack(way), level, axis=0)
+        upward /= np.maximum(np.linalg.norm(upward, axis=0), np.float32(1e-9))
+        for a, b in STEPS[1:]:
+            m = np.flatnonzero(~clear & (some.ball > 0))
+            rim = some.ball[m] * (a * level[:, m] + b * upward[:, m])
+            ends = [w[m] + v for w, v in zip(way, rim, strict=True)]
+            clear[m] = self._past.clear([v[m] for v in apex], ends, some.pose[m])

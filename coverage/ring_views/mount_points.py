@@ -29,6 +29,8 @@ class MountPoints(NamedTuple):
     """Index of the point's pose."""
     mounting: Int[np.ndarray, " N"]
     """Index of the mounting for which the point is drawn."""
+    ball: Float[np.ndarray, " N"]
+    """Radius of the ball about the point that a beam is to meet, m; 0: the point alone."""
 
     def some(self, index: Int[np.ndarray, " M"]) -> "MountPoints":
         """Return the points with these indices."""
@@ -41,16 +43,18 @@ def mount_points(
     points: Float[np.ndarray, "N 3"],
     pose: int = 0,
     mounting: int = 0,
+    ball: float = 0.0,
 ) -> MountPoints:
     """Return points (N, 3), m in the base frame, in the coordinates of a mount whose link has the
-    frame ``frame``, T_base_frame."""
+    frame ``frame``, T_base_frame, each with a ball of the radius ``ball``, m."""
     axes = np.array([mount.zero, mount.side, mount.axis])
     there = (points - frame[:3, 3]) @ frame[:3, :3] - np.asarray(mount.start)
     x, y, z = axes @ there.T
     n, up = len(points), axes @ frame[2, :3]
     each = [x, y, z, np.hypot(x, y), np.arctan2(y, x), np.tile(up, (n, 1))]
     narrow = (a.astype(np.float32) for a in each)
-    return MountPoints(*narrow, *(np.full(n, i, np.int32) for i in (pose, mounting)))
+    numbers = (np.full(n, i, np.int32) for i in (pose, mounting))
+    return MountPoints(*narrow, *numbers, np.full(n, ball, np.float32))
 
 
 class RingErrors(NamedTuple):

@@ -12,9 +12,9 @@ of the sensor nearest in azimuth is outside those of all sensors of the ring. On
 and point (dense) leaves few candidates. Only for these are beams, mounting errors and lines of
 sight tested exactly, sensor by sensor in the order of their azimuths, until one lies outside.
 
-A test piece reaches into beams that its centre is outside of. The outer cone is then wider by a
-distance at every depth: the distance of the point from the sensor's axis falls as c grows, so that
-the same holds.
+A test piece, or a ball about a point, reaches into beams that its centre is outside of. The outer
+cone is then wider by a distance at every depth: the distance of the point from the sensor's axis
+falls as c grows, so that the same holds.
 """
 
 import math
@@ -26,13 +26,16 @@ from jaxtyping import Bool, Float, Int, UInt8, UInt16
 from ..detection.aspect import Vertical
 from ..rings.mounting_errors import seated
 from ..rings.ring import Ring
+from ..sensors.sensor import Sensor
 from ..solids.beams import InBeam
+from .balls import STEPS, met_balls
 from .detections import MOST, Detections, SensorDetections
 from .line_of_sight import LinkOccluders
 from .mount_points import MountPoints, RingErrors
 from .sightlines import Sightlines
 
 _MARGIN = 1e-3  # rad, by which outer cones exceed the beams in them
+_BESIDE = np.float32(1e-3)  # m, by which the reach of a ball exceeds the farthest point
 _WIDEST = 1.57  # rad, half angle of an outer cone with a tangent
 
 
@@ -55,6 +58,32 @@ class Views(NamedTuple):
     ``detections``."""
     sensor: UInt16[np.ndarray, "K N"] | None
     """Number on the ring of the last counted sensor; None if not requested."""
+
+
+class Reaching(NamedTuple):
+    """How far beside a sensor's outer cone points may lie."""
+
+    beyond: Float[np.ndarray, " N"] | np.float32
+    """Distance by which the cone is wider at every depth, and begins behind the apex, m."""
+    reach: Float[np.ndarray, " N"] | np.float32
+    """Largest distance from the sensor, m."""
+
+    @staticmethod
+    def of_piece(detections: SensorDetections) -> "Reaching":
+        """Return it for the places of a test piece."""
+        beyond = np.float32(detections.question.beyond)
+        return Reaching(beyond, np.float32(detections.reach))
+
+    @staticmethod
+    def of_balls(sensor: Sensor, ball: Float[np.ndarray, " N"], outer: float) -> "Reaching":
+        """Return it for balls of these radii, m, that meet beams in cones of the angle ``outer``:
+        beside a cone the ball reaches further across the axis than its radius."""
+        farthest = np.float32(sensor.form.farthest(sensor.sizes))
+        return Reaching(ball / np.float32(math.cos(min(outer, _WIDEST))), ball + farthest + _BESIDE)
+
+    def some(self, n: Int[np.ndarray, " T"]) -> "Reaching":
+        """Return it for the points with these indices."""
+        return Reaching(*(a if np.ndim(a) == 0 else a.take(n) for a in self))
 
 
 class _Relative(NamedTuple):
@@ -85,6 +114,9 @@ def ring_views(
 ) -> Views:
     """Return how many sensors of a ring see each point, for K places of the ring.
 
+    Where points have balls, sensors count whose beam meets the ball and that see the point of the
+    beam nearest to its centre.
+
     With 32 bits, a point within about 1e-6 m of a beam's surface may fall on either side.
 
     Args:
@@ -99,14 +131,20 @@ def ring_views(
     """
     places = RingPlaces(*(np.asarray(a, np.float32) for a in places))
     outer = ring.sensor.outer_angle + (errors.widest if errors else 0.0)
+    wide = bool(points.ball.any())
     exact = ring.sensor.plain and past is None and errors is None and detections is None
+    exact = exact and not wide
     around = _relative(points, places, errors)
     spacing = np.float32(2 * math.pi / ring.count)
     turns = around.azimuth * (1 / spacing)
     turns -= np.rint(turns)
     turns *= spacing
     by = None if detections is None else detections.by(ring.sensor)
-    near = _Nearest(ring, around, places, turns, outer if exact else outer + _MARGIN, by)
+    outer = outer if exact else outer + _MARGIN
+    reaching = None if by is None else Reaching.of_piece(by)
+    if wide:
+        reaching = Reaching.of_balls(ring.sensor, points.ball, outer)
+    near = _Nearest(ring, around, places, turns, outer, reaching)
     part, inside = near.all()
     count = np.zeros(inside.shape, np.uint8)
     sensor = np.zeros(inside.shape, np.uint16) if named else None
@@ -147,7 +185,7 @@ class _Nearest:
         places: RingPlaces,
         turns: np.ndarray,
         outer: float,
-        detections: SensorDetections | None,
+        reaching: Reaching | None,
     ) -> None:
         """Use the azimuths ``turns`` (K, N), rad, from the nearest sensor to each point."""
         self._ring, self._around, self._turns = ring, around, turns
@@ -159,17 +197,18 @@ class _Nearest:
         self._all = outer > math.pi / 2 + 2 * _MARGIN
         self._square = np.float32(math.cos(min(outer, math.pi / 2)) ** 2)
         self._tangent = np.float32(math.tan(min(outer, _WIDEST)))
-        self._detections = detections
+        self._reaching = reaching
 
-    def _inside(self, part: np.ndarray, square: np.ndarray) -> np.ndarray:
-        """Return which points lie in the endless outer cone, or a piece there may reach into it."""
-        if self._detections is not None:
-            beyond = np.float32(self._detections.question.beyond)
+    def _inside(
+        self, part: np.ndarray, square: np.ndarray, reaching: Reaching | None
+    ) -> np.ndarray:
+        """Return which points lie in the endless outer cone, or what is there may reach into it."""
+        if reaching is not None:
             edge = np.maximum(part, 0) * self._tangent
-            edge += beyond
+            edge += reaching.beyond
             within: np.ndarray = square <= part * part + edge * edge
-            within &= part > -beyond
-            within &= square <= np.float32(self._detections.reach**2)
+            within &= part >= -reaching.beyond
+            within &= square <= reaching.reach * reaching.reach
             return within
         if self._all:
             return np.ones(part.shape, bool)
@@ -190,7 +229,7 @@ class _Nearest:
         part -= R
         part *= self._cos[:, None]
         part += above * self._sin[:, None]
-        return part, self._inside(part, square)
+        return part, self._inside(part, square, self._reaching)
 
     def sparse(
         self,
@@ -231,7 +270,8 @@ class _Nearest:
             up = above * cos - radial * sin
             if rank:
                 square = radial * radial + across * across + above * above
-                kept = np.flatnonzero(self._inside(part, square))
+                reaching = None if self._reaching is None else self._reaching.some(n)
+                kept = np.flatnonzero(self._inside(part, square, reaching))
                 if not len(kept):
                     return
                 if len(kept) < len(k):
@@ -262,7 +302,7 @@ class _Tests:
         detections: SensorDetections | None,
     ) -> None:
         self._sensor, self._points, self._errors = ring.sensor, points, errors
-        self._detections = detections
+        self._detections, self._balls = detections, bool(points.ball.any())
         self._shape = (len(places.height), ring.count)  # places, sensors
         self._turn, self._tilt = _directions(places, ring.count).ravel(), places.tilt
         self._past: Sightlines | None = None
@@ -287,21 +327,68 @@ class _Tests:
             mounting = self._points.mounting.take(n)
             seat = np.moveaxis(self._errors.seat[mounting, number], -1, 0)
             along, across, up = seated(seat, along, across, up)
-        at, worth, raised = InBeam(along, across, up), None, None
+        at, worth, moved = InBeam(along, across, up), None, None
+        if self._balls:
+            return self._meet(at, k, n, number), None
         if self._detections is None:
             seen: np.ndarray = np.flatnonzero(self._sensor.holds(at))
         else:
             counts, step = self._detections.counts(at, self._vertical(k, n, number))
             seen = np.flatnonzero(counts)
-            worth, raised = counts[seen], step[seen]
+            upwards = self._points.vertical.take(n.take(seen), axis=0)
+            worth, moved = counts[seen], step[seen, None] * upwards
         if self._past is not None:
-            if self._errors is not None:
-                mounting = self._points.mounting.take(n.take(seen))
-            places, sensors = self._shape
-            which = (mounting * places + k.take(seen)) * sensors + number.take(seen)
-            clear = self._past.clear(which, self._points, n.take(seen), raised)
+            clear = self._clear(*(a.take(seen) for a in (k, n, number)), moved)
             seen, worth = seen[clear], None if worth is None else worth[clear]
         return seen, worth
+
+    def _clear(
+        self,
+        k: Int[np.ndarray, " T"],
+        n: Int[np.ndarray, " T"],
+        number: Int[np.ndarray, " T"],
+        moved: Float[np.ndarray, "T 3"] | None,
+    ) -> Bool[np.ndarray, " T"]:
+        """Return in which pairs nothing hides the point, or the one ``moved`` m from it."""
+        if self._past is None:
+            return np.ones(len(k), bool)
+        mounting = 0 if self._errors is None else self._points.mounting.take(n)
+        places, sensors = self._shape
+        which = (mounting * places + k) * sensors + number
+        return self._past.clear(which, self._points, n, moved)
+
+    def _meet(
+        self,
+        at: InBeam,
+        k: Int[np.ndarray, " T"],
+        n: Int[np.ndarray, " T"],
+        number: Int[np.ndarray, " T"],
+    ) -> Int[np.ndarray, " S"]:
+        """Return the indices of the pairs in which the sensor sees a part of the ball about the
+        point; see ``balls``."""
+        ball, seen = self._points.ball.take(n), np.zeros(len(n), bool)
+        some = np.arange(len(n))
+        for step in STEPS if self._past is not None else STEPS[:1]:
+            there = InBeam(*(a.take(some) for a in (at.along, at.across, at.up)))
+            met, moved = met_balls(self._sensor, there, ball.take(some), step)
+            pairs = some[met]
+            kn = [a.take(pairs) for a in (k, n, number)]
+            seen[pairs[self._clear(*kn, self._in_mount(kn[0], kn[2], moved[met]))]] = True
+            some = np.flatnonzero(~seen & (ball > 0))
+            if not len(some):
+                break
+        return np.flatnonzero(seen)
+
+    def _in_mount(
+        self, k: Int[np.ndarray, " T"], number: Int[np.ndarray, " T"], way: Float[np.ndarray, "T 3"]
+    ) -> Float[np.ndarray, "T 3"]:
+        """Return ways in the frames of the sensors as intended in the coordinates of the mount."""
+        turn, tilt = self._turn.take(k * self._shape[1] + number), self._tilt.take(k)
+        (along, across, up), cos, sin = way.T, np.cos(turn), np.sin(turn)
+        ahead, aside = np.cos(tilt), np.sin(tilt)
+        radial, z = along * ahead - up * aside, along * aside + up * ahead
+        there = radial * cos - across * sin, radial * sin + across * cos, z
+        return np.stack(there, axis=1).astype(np.float32)
 
     def _vertical(
         self, k: Int[np.ndarray, " T"], n: Int[np.ndarray, " T"], number: Int[np.ndarray, " T"]

@@ -94,18 +94,18 @@ class Sightlines:
         s: Int[np.ndarray, " T"],
         points: MountPoints,
         n: Int[np.ndarray, " T"],
-        raised: Float[np.ndarray, " T"] | None = None,
+        moved: Float[np.ndarray, "T 3"] | None = None,
     ) -> Bool[np.ndarray, " T"]:
         """Return whether sensor ``s`` has a line of sight to the point ``n`` in its beam, or to one
-        that lies higher by ``raised``, m."""
+        that lies ``moved`` m from it."""
         among, pose = self._among, points.pose.take(n)
         clear = np.ones(len(s), bool)
         if self._dead is not None:
             clear &= ~self._dead[pose, s]
         a = [row.take(s) for row in self._apex.T]
         u = [v.take(n) - w for v, w in zip((points.x, points.y, points.height), a, strict=True)]
-        if raised is not None:
-            u = [v + raised * w for v, w in zip(u, points.vertical.take(n, axis=0).T, strict=True)]
+        if moved is not None:
+            u = [v + w for v, w in zip(u, moved.T, strict=True)]
         if self._dark is not None:
             square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
             for start, end in np.moveaxis(self._dark[pose, s], (1, 2), (0, 1)):

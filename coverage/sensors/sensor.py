@@ -14,7 +14,7 @@ from ..definitions.definition import Fault, definition, fields_of, refuse
 from ..definitions.errors import InFile
 from ..definitions.field_types import Metres
 from ..definitions.units import INLINE, Degrees, degrees
-from ..solids.beams import WIDE, BeamShape, Place, Sizes
+from ..solids.beams import WIDE, BeamShape, InBeam, Place, Sizes
 from ..solids.sensor_beams import shape_of
 from .boards import Board
 from .effective_range import Step, Use, model_of, steps
@@ -156,6 +156,10 @@ class Sensor:
         terms = self.form.terms(Sizes(*map(np.float32, self.sizes)))
         inside: np.ndarray = self.form.function(at, *terms) <= 0
         return inside & (at.along >= np.float32(self.near_m)) if self.near_m else inside
+
+    def nearest(self, at: InBeam) -> InBeam:
+        """Return the points of the beam nearest to points in its frame, without occlusion."""
+        return self.form.nearest(at, Sizes(*map(np.float32, self.sizes)), np.float32(self.near_m))
 
     @property
     def square(self) -> bool:

@@ -53,11 +53,13 @@ def choices(
     most: int,
     width: Numbers,
     occluding: Occluding | None = None,
+    ball: Numbers = 0.0,
 ) -> Choices:
     """Return the ``most`` sensors of each ring that may see points, and what hides points from
-    them, without gradient; ``width`` is the width of the sigmoid, m."""
+    them, without gradient; ``width`` is the width of the sigmoid and ``ball`` the radius of the
+    balls about the points that a beam is to meet, m."""
     rings, occluding = jax.lax.stop_gradient((rings, occluding))
-    near = near_sensors(rings, points, most, _FAINT * width)
+    near = near_sensors(rings, points, most, _FAINT * width + ball)
     if occluding is None:
         return Choices(near, None)
     _, apex = places_at(rings, points, near)
@@ -72,8 +74,12 @@ def log_uncovered(
     chosen: Choices,
     occluding: Occluding | None = None,
     seat: Float[Array, "K 3"] | None = None,
+    ball: Numbers = 0.0,
 ) -> Float[jax.Array, "G M N"]:
     """Return log(1 - p) of sensors at points; differentiable by the rings and the occluders.
+
+    Where a beam is to meet a ball about the point, its function is less by the radius. As the
+    function is 1-Lipschitz, such a beam holds all balls that it meets, and near its corners others.
 
     Args:
         rings: the rings.
@@ -82,12 +88,13 @@ def log_uncovered(
         chosen: the sensors.
         occluding: what occludes the sensors; None: nothing.
         seat: see ``beams_at``.
+        ball: radius of the balls about the points, m.
     """
     value, apex = beams_at(rings, points, chosen.near, seat)
     if occluding is not None and chosen.sight is not None:
         x, y, z = points.T[:, None, None]
         value = occluding.past(value, chosen.near.sensor, apex, (x, y, z), chosen.sight)
-    return jax.nn.log_sigmoid(value / width)
+    return jax.nn.log_sigmoid((value - ball) / width)
 
 
 def log_undetected(

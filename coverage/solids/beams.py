@@ -5,6 +5,7 @@ them. A new shape is such a class, its place in ``sensor_beams.SHAPES``, and its
 """
 
 from abc import abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
@@ -96,6 +97,30 @@ class FromPose:
 
 
 Place = InBeam | FromPose
+
+
+def nearest_of(at: InBeam, places: Iterable[InBeam]) -> InBeam:
+    """Return of some places for each point the one that is nearest to it."""
+    each = [(p.along, p.across, p.up) for p in places]
+    off = [sum((a - b) ** 2 for a, b in zip(p, _parts(at), strict=True)) for p in each]
+    first = np.argmin(off, axis=0)
+    return InBeam(*(np.choose(first, values) for values in zip(*each, strict=True)))
+
+
+def _parts(at: InBeam) -> tuple[Any, Any, Any]:
+    return at.along, at.across, at.up
+
+
+def in_sector(along: Any, aside: Any, s: Sizes) -> tuple[Any, Any]:
+    """Return the point of a circular sector about its axis nearest to each point, by its distances
+    along the axis and, from 0 on, aside."""
+    cosine, sine = np.cos(s.half_angle), np.sin(s.half_angle)
+    shorter = s.range_m / np.maximum(np.hypot(along, aside), s.range_m)
+    inside = aside * cosine - along * sine <= 0
+    rim = np.clip(along * cosine + aside * sine, 0.0, s.range_m)
+    return tuple(
+        np.where(inside, shorter * v, rim * w) for v, w in ((along, cosine), (aside, sine))
+    )  # type: ignore[return-value]
 
 
 def _length(v: list[Any]) -> Any:
@@ -309,6 +334,17 @@ class BeamShape(Beams):
     def function(at: Place, *terms: Any) -> Any:
         """Return the implicit function of a beam at points in its frame, m: the one definition of
         the shape."""
+
+    @staticmethod
+    @abstractmethod
+    def nearest(at: InBeam, s: Sizes, near: Numbers = 0.0) -> InBeam:
+        """Return the point of a beam nearest to each point in its frame, without occlusion; NumPy.
+
+        Args:
+            at: the points; those in the beam are their own nearest points.
+            s: sizes of the beam.
+            near: distance along the axis at which it begins, m.
+        """
 
     def part(self, points: Array, index: Index) -> Any:
         up = None if self.up is None else rows(self.up, index)

@@ -9,7 +9,19 @@ from jaxtyping import Float
 from ..arrays import Array, Numbers, dot, namespace, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
-from .beams import WIDE, Beams, BeamShape, FromPose, Place, Places, Sizes, Ways
+from .beams import (
+    NIL,
+    WIDE,
+    Beams,
+    BeamShape,
+    FromPose,
+    InBeam,
+    Place,
+    Places,
+    Sizes,
+    Ways,
+    nearest_of,
+)
 from .convex_bodies import Discs
 from .quadrics import product, within
 from .tangent_bounds import Tangent, away, curvature
@@ -51,6 +63,23 @@ class Cones(BeamShape):
         side = at.aside * cosine
         side -= at.along * sine
         return namespace(side).maximum(side, at.along - range_m)
+
+    @staticmethod
+    def nearest(at: InBeam, s: Sizes, near: Numbers = 0.0, aperture: Numbers = 0.0) -> InBeam:
+        """See ``BeamShape.nearest``; ``aperture`` is the radius at the apex, m.
+
+        The distance from the section at depth d is convex in d, and its square a parabola where the
+        point lies beside the section and where it does not. One of their lowest points, moved to
+        the nearer end of the beam, is therefore the lowest.
+        """
+        slope = np.tan(s.half_angle)
+        beside = (at.along + slope * (at.aside - aperture)) / (1 + slope * slope)
+        depths = (np.clip(d, near, s.range_m) for d in (at.along, beside))
+        places = []
+        for d in depths:
+            share = np.minimum((aperture + d * slope) / np.maximum(at.aside, NIL), 1.0)
+            places.append(InBeam(d, share * at.across, share * at.up))
+        return nearest_of(at, places)
 
     def mantle(self, pairs: CubePairs) -> Tangent:
         """Return tangents of the sides.

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ..arrays import Numbers, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
-from .beams import WIDE, BeamShape, Place, Places, Sizes, Ways
+from .beams import NIL, WIDE, BeamShape, InBeam, Place, Places, Sizes, Ways, in_sector
 from .cones import Cones
 from .convex_bodies import Discs
 from .quadrics import plane, product, within
@@ -56,6 +56,13 @@ class Domes(BeamShape):
     def function(at: Place, cosine: Any, sine: Any, range_m: Any) -> Any:
         mantle = Cones.function(at, cosine, sine, float("inf"))
         return namespace(mantle).maximum(mantle, at.away - range_m)
+
+    @staticmethod
+    def nearest(at: InBeam, s: Sizes, near: Numbers = 0.0) -> InBeam:
+        """See ``BeamShape.nearest``: no dome begins at a distance."""
+        along, aside = in_sector(at.along, at.aside, s)
+        share = aside / np.maximum(at.aside, NIL)
+        return InBeam(along, share * at.across, share * at.up)
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``: the side as of ``Cones``, and the ball, which is convex

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ..arrays import Numbers, cross, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import CubePairs, Part
-from .beams import BeamShape, Place, Places, Sizes, Ways
+from .beams import BeamShape, InBeam, Place, Places, Sizes, Ways, in_sector
 from .convex_bodies import Discs
 from .tangent_bounds import Tangent, away, curvature, under_planes
 from .volume_fraction import VolumeFraction
@@ -57,6 +57,18 @@ class Fans(BeamShape):
         xp = namespace(sector)
         wedge = xp.where(half > np.pi - FULL, sector, abs(x) * cosine - d * sine)
         return xp.maximum(xp.maximum(abs(at.up) - flat, sector), wedge)
+
+    @staticmethod
+    def nearest(at: InBeam, s: Sizes, near: Numbers = 0.0) -> InBeam:
+        """See ``BeamShape.nearest``: no fan begins at a distance."""
+        aside = abs(at.across)
+        if s.half_angle > np.pi - FULL:
+            share = s.range_m / np.maximum(np.hypot(at.along, aside), s.range_m)
+            along, across = share * at.along, share * at.across
+        else:
+            along, off = in_sector(at.along, aside, s)
+            across = np.copysign(off, at.across)
+        return InBeam(along, across, np.clip(at.up, -s.size, s.size))
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``; the plane is the nearer one of the slab.

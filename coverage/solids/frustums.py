@@ -10,7 +10,7 @@ from jaxtyping import Float
 from ..arrays import Numbers, dot, namespace, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
-from .beams import BeamShape, Place, Places, Sizes, Ways
+from .beams import BeamShape, InBeam, Place, Places, Sizes, Ways
 from .cones import Cones
 from .convex_bodies import Discs
 from .quadrics import product, within
@@ -62,6 +62,10 @@ class Frustums(BeamShape):
     def function(at: Place, cosine: Any, sine: Any, radius: Any, range_m: Any) -> Any:
         xp, side = namespace(at.along), at.aside * cosine - at.along * sine - radius
         return xp.maximum(side, xp.maximum(-at.along, at.along - range_m))
+
+    @staticmethod
+    def nearest(at: InBeam, s: Sizes, near: Numbers = 0.0) -> InBeam:
+        return Cones.nearest(at, s, near, s.size)
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``; the side curves as that of a cone."""

@@ -1,6 +1,7 @@
 """Square beams: pyramids with flat bases, the fields of view of multi-zone sensors."""
 
 from dataclasses import dataclass
+from itertools import product as product_of
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from jaxtyping import Float
 from ..arrays import Numbers, cross, dot, namespace, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
-from .beams import NIL, Place, Places, Sizes, Ways
+from .beams import NIL, InBeam, Place, Places, Sizes, Ways, nearest_of
 from .cones import Cones
 from .convex_bodies import Discs
 from .quadrics import product
@@ -72,6 +73,19 @@ class Pyramids(Cones):
         y = abs(at.up) * cosine_up - at.along * sine_up
         xp = namespace(x)
         return xp.maximum(xp.maximum(x, y), at.along - range_m)
+
+    @staticmethod
+    def nearest(at: InBeam, s: Sizes, near: Numbers = 0.0) -> InBeam:  # type: ignore[override]
+        """See ``BeamShape.nearest`` and ``Cones.nearest``; a point lies beside a section across
+        it, along ``up``, both or neither."""
+        slopes, places = (np.tan(s.half_angle), np.tan(s.size)), []
+        for beside in product_of((0.0, 1.0), repeat=2):
+            a, b = (share * slope for share, slope in zip(beside, slopes, strict=True))
+            d = (at.along + a * abs(at.across) + b * abs(at.up)) / (1 + a * a + b * b)
+            d = np.clip(d, near, s.range_m)
+            across, up = (d * slope for slope in slopes)
+            places.append(InBeam(d, np.clip(at.across, -across, across), np.clip(at.up, -up, up)))
+        return nearest_of(at, places)
 
     def planes(self, points: Points, index: Part) -> tuple[Any, Any]:
         """Return values (P, 5) m at ``points`` (P, 3) and normals (P, 5, 3) of the planes of

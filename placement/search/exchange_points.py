@@ -1,12 +1,14 @@
 """Sample points of the exchange, in each mount's coordinates, with the occluders of its sensors."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8, UInt16
+from jaxtyping import Bool, Float, Int, UInt8, UInt16
 
 from ...coverage.occlusion.occlusion_mode import REPORTING
+from ...coverage.ring_views.balls import STEPS, met_balls
 from ...coverage.ring_views.detections import Detections
 from ...coverage.ring_views.line_of_sight import LinkOccluders, Outlook, link_occluders
 from ...coverage.ring_views.mount_points import MountPoints, RingErrors, mount_points, ring_errors
@@ -14,8 +16,12 @@ from ...coverage.rings.mounting_errors import Misplaced, misplaced_cones
 from ...coverage.rings.ring import Group, setup_of_group
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
+from ...coverage.sensors.sensor import Sensor
+from ...coverage.solids.base import Parts
+from ...coverage.solids.beams import Beams, InBeam
 from ...objectives.criterion import Criterion, check_criterion
 from ...objectives.detection_share import noticed_in
+from ...objectives.gap_goals import with_gap_goals
 from ...objectives.occlusion import occluders, sight
 from ...objectives.scene import Scene
 from ...objectives.target_points import TargetPoints
@@ -27,6 +33,7 @@ _JUDGED, _FEW, _MANY = 1024, 32, 1 << 19
 _FEWEST = 8  # fewest points of a goal at a pose
 _LEAST = 256  # fewest where these are not too many, with thousands of poses, for the memory
 _COUNTED = 255  # sensors counted at a point
+_ON_BEAM = 1e-9  # m, by which a point on the surface of a beam may miss it through rounding
 _BLINDED = 16  # most poses for which first returns are modelled; beyond them, shadows
 
 
@@ -55,6 +62,8 @@ class HeldViews:
 class Field:
     """Points of all goals at some poses, in all mountings."""
 
+    scene: Scene
+    """The scene, with the goals of the search."""
     part: Float[np.ndarray, "N G"]
     """Share of each point in the mean of each goal over the poses."""
     in_pose: Float[np.ndarray, " N"]
@@ -90,27 +99,31 @@ class Fields:
         Raises:
             ValueError: for an empty target, or floors of goals that the criterion does not support.
         """
-        scene = space.scene
-        check_criterion(scene, aim)
+        check_criterion(space.scene, aim)
+        scene = with_gap_goals(space.scene) if aim.plain else space.scene
         goals = len(scene.targets) * aim.mountings
         poses = ACTIVE if active_poses(scene) else len(scene.poses)
         least = min(_LEAST, max(_FEWEST, _MANY // (goals * len(scene.poses))))
         count = max(least, points // (goals * poses))
-        return cls(space, TargetPoints(scene, count, seed, aim.mountings), aim)
+        return cls(space, TargetPoints(scene, count, seed, aim.mountings, aim.plain), aim)
 
     def __init__(self, space: Space, points: TargetPoints, aim: Criterion | None = None) -> None:
         """Compute once what fields share."""
-        self.space, self.scene, self.aim = space, space.scene, aim or Criterion()
+        self.space, self.scene, self.aim = space, points.scene, aim or Criterion()
         self.points, scene = points, self.scene
         self._goal, self._pose = (np.array(c) for c in zip(*points.terms, strict=True))  # (T,)
         self._share = 1 / points.mountings
         self._most = len(points.points[0])
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         mounting = np.arange(len(self._pose)) // (len(self._pose) // points.mountings)
-        terms = list(zip(self._pose.tolist(), mounting.tolist(), points.points, strict=True))
+        each = self._pose.tolist(), mounting.tolist(), points.points, points.radius
+        terms = list(zip(*each, strict=True))
         mounts = {s.link: scene.robot.mount(s.link) for s in space.segments}
         self._each = {
-            link: [mount_points(m, frames[p, m.frame], some, p, d) for p, d, some in terms]
+            link: [
+                mount_points(m, frames[p, m.frame], some, p, d, r if math.isfinite(r) else 0.0)
+                for p, d, some, r in terms
+            ]
             for link, m in mounts.items()
         }
         self._past = dict[str, LinkOccluders]()
@@ -126,10 +139,10 @@ class Fields:
         groups: tuple[Group, ...] = (*scene.rules.fixed, *scene.rules.fixed_sensors)
         detections = None if self.aim.detection is None else Detections(self.aim.detection)
         self._held = [
-            _held_views(scene, groups, p, some, None if of_held is None else of_held[d])
+            _held_views(scene, groups, p, some, r, None if of_held is None else of_held[d])
             if detections is None
             else _held_detections(scene, groups, p, some, detections)
-            for p, d, some in terms
+            for p, d, some, r in terms
         ]
         self._first = dict[int, Field]()
         self.all = self.first(self._most * len(terms))
@@ -178,6 +191,7 @@ class Fields:
         }
         held = (vars(self._held[i].first(n)).values() for i in some)
         return Field(
+            self.scene,
             np.repeat(part / n, n, axis=0).astype(np.float32),
             np.repeat(in_pose / n, n).astype(np.float32),
             points,
@@ -230,14 +244,15 @@ def _held_views(
     groups: tuple[Group, ...],
     pose: int,
     points: Float[np.ndarray, "N 3"],
+    ball: float,
     errors: list[Misplaced] | None,
 ) -> HeldViews:
     """Return what ``groups``, with their ``errors`` in one mounting, and the cell's sensors see of
-    points at a pose."""
+    points at a pose, or of balls of the radius ``ball``, m, about them."""
     q, n = scene.poses[pose].q, len(points)
     bare = replace(scene, cell_sensors=())
     count, sensor = np.zeros((len(groups), n), np.uint8), np.zeros((len(groups), n), np.uint16)
-    cell = np.zeros(n, int)
+    cell = np.full(n, int(math.isinf(ball)))  # a ball without room needs no sensor
     for i, group in enumerate((*groups, *scene.cell_sensors)):
         setup = setup_of_group(group)
         if errors is None or i >= len(groups):
@@ -247,12 +262,33 @@ def _held_views(
         seen = sight(bare, cones, q)
         each = np.zeros((max(group.count, 1), n), bool)
         for k in range(group.count):
-            each[k] = np.asarray(seen.part(points, np.full(n, k))) <= 0
+            each[k] = _sees(seen, cones, k, group.sensor, points, ball)
         if i >= len(groups):
             cell += each.sum(axis=0)
         else:
             count[i], sensor[i] = np.minimum(each.sum(axis=0), _COUNTED), each.argmax(axis=0)
     return HeldViews(count, sensor, np.minimum(cell, _COUNTED).astype(np.uint8))
+
+
+def _sees(
+    seen: Parts, cones: Beams, k: int, sensor: Sensor, points: Float[np.ndarray, "N 3"], ball: float
+) -> Bool[np.ndarray, " N"]:
+    """Return which points sensor ``k`` sees, or a part of balls
+    of the radius ``ball``, m, about them."""
+    if not 0 < ball < math.inf:
+        return np.asarray(seen.part(points, np.full(len(points), k))) <= 0
+    axis, apex, sees = (
+        np.asarray(cones.axis)[k],
+        np.asarray(cones.apex)[k],
+        np.zeros(len(points), bool),
+    )
+    frame = np.stack([axis, *cones.sides(k)])  # along the axis, across, and along ``up``
+    at = InBeam(*((points - apex) @ frame.T).T)
+    for step in STEPS:
+        met, moved = met_balls(sensor, at, np.full(len(points), ball), step)
+        there = points + moved @ frame
+        sees |= met & (np.asarray(seen.part(there, np.full(len(points), k))) <= _ON_BEAM)
+    return sees
 
 
 def _held_detections(

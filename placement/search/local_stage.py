@@ -36,7 +36,7 @@ class LocalStage:
             points = fields.points
             count = max(_POINTS // len(points.terms), _FEWEST)
             some = [each[:count] for each in points.points]
-            soft = SoftCoverage(fields.scene, points.terms, some, fields.aim)
+            soft = SoftCoverage(fields.scene, points.terms, some, fields.aim, points.radius)
             arrays, where = self._space.arrays(first, fields.aim.detection)
             start = decode(where, self._space.values(first))
             soft.value_and_slope(arrays, start, _DECIDED, soft.first(_UNDECIDED, _FEW))

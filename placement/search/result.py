@@ -49,7 +49,8 @@ class SearchResult(JsonRecord):
     """Random seed."""
     sampled: Annotated[float, Covered("soft_percent")] | None = None
     """Criterion on the search's sample points, over the poses the mean or the worst, as the scene
-    states; from ``improve`` a soft one. None where a floor is missed, which lowers it."""
+    states; from ``improve`` a soft one. None where a floor is missed, which lowers it, and with a
+    largest gap."""
     exact: _Exact
     """Exact value of the criterion."""
     width: float = 0.0
@@ -87,6 +88,9 @@ class SearchResult(JsonRecord):
     """Upper bound of the criterion for every layout of the same budget."""
     short: InPython[float] = 0.0
     """Sum by which the exact values miss the goals' floors."""
+    excess: InPython[float] = 0.0
+    """Sum by which spheres that no sensor sees exceed the goals' largest gaps, m; not searched with
+    many poses, nor for other criteria than ζ."""
     voxel: InPython[float] = 0.01
     """Side of the voxels of the count, m."""
     verified: InPython[tuple[Verified, ...]] = ()
@@ -96,8 +100,13 @@ class SearchResult(JsonRecord):
 
     @property
     def rank(self) -> tuple[float, float]:
-        """Sort key, greater is better: missed floors first, then the exact value."""
-        return -self.short, self.exact
+        """Sort key, greater is better: missed floors and gaps first, then the exact value."""
+        return -self.missed, self.exact
+
+    @property
+    def missed(self) -> float:
+        """What the goals' floors and largest gaps lack, in sum."""
+        return self.short + self.excess
 
     @property
     def cut(self) -> bool:
@@ -249,6 +258,7 @@ class FewestRings:
         return (number,) if result is not None and result.cut and left > result.seconds else ()
 
     def suffices(self, result: SearchResult) -> bool:
-        """Return whether a result is within the margin of the best, and misses floors no more."""
+        """Return whether a result is within the margin of the best, and misses floors and gaps no
+        more."""
         best = self.best
-        return result.short <= best.short and result.exact >= best.exact - self.within
+        return result.missed <= best.missed and result.exact >= best.exact - self.within

@@ -160,7 +160,7 @@ def ring_library(
         own.append(np.arange(n, n + len(rings.sensors)))
         each += [rings, places_near(space, rng, rings, near, r.scale)]
         n += len(rings.sensors) + len(each[-1].sensors)
-    places, index = joined(each), _by_weight(field, space)
+    places, index = joined(each), _by_weight(field)
     levels = range(1, seen + 1) if detections is None else detections.levels
     words = _words(space, field, places, index, levels, rng, brake, detections)
     held = field.held.count.sum(axis=0, dtype=int) + field.held.cell  # (N,)
@@ -169,10 +169,10 @@ def ring_library(
     )
 
 
-def _by_weight(field: Field, space: Space) -> Int[np.ndarray, " N"]:
+def _by_weight(field: Field) -> Int[np.ndarray, " N"]:
     """Return indices of the points of a field: the more often, the more a point counts."""
-    floors = np.array([goal.at_least for goal in space.scene.targets])
-    share = np.cumsum(field.part @ (space.scene.goal_weights + floors))  # (N,)
+    floors = np.array([goal.at_least for goal in field.scene.targets])
+    share = np.cumsum(field.part @ (field.scene.goal_weights + floors))  # (N,)
     n = len(share)
     index: np.ndarray = np.searchsorted(share, (np.arange(n) + 0.5) / n * share[-1])
     return np.minimum(index, n - 1)  # type: ignore[no-any-return]

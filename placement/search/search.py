@@ -98,11 +98,12 @@ def search(space: Space, options: SearchOptions, context: SearchContext) -> Sear
     chosen = choose(setups, context, np.random.default_rng((seed, 2)), counting)
     stages.append(StageResult("verdict", chosen.exact, time.monotonic() - start))
     (sampled, best), aim = finalists[chosen.index], context.aim
+    gapped = any(goal.largest_gap is not None for goal in fields.scene.targets)
     return SearchResult(
         setup=setups[chosen.index],
         outcome=Outcome.of(brake, late),
         seed=seed,
-        sampled=None if chosen.short > 0 else sampled,
+        sampled=None if chosen.short > 0 or gapped else sampled,
         exact=chosen.exact,
         starts=max(schedule[0].keep, len(starts)),
         evaluations=sum(climb.evaluations for _, climb in climbs),
@@ -116,6 +117,7 @@ def search(space: Space, options: SearchOptions, context: SearchContext) -> Sear
         tolerant=aim.mountings_drawn,
         detection=aim.detection,
         short=chosen.short,
+        excess=chosen.excess,
         voxel=chosen.voxel,
         verified=chosen.verified,
         price=context.scene.price_of(setups[chosen.index]),

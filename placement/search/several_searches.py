@@ -137,7 +137,7 @@ def fewest_sensors(options: SearchOptions, context: SearchContext) -> Reach:
     wanted, scene, rings = (options.reach or 0.0) / 100, context.scene, options.rings
 
     def suffices(result: SearchResult) -> bool:
-        return result.short == 0 and result.exact >= wanted
+        return result.missed == 0 and result.exact >= wanted
 
     began, known, outcome = time.monotonic(), list[Setup](), Outcome.FINISHED
     allowed, results = allowed_totals(scene, rings), dict[int, SearchResult]()

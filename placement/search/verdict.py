@@ -9,6 +9,7 @@ from ...coverage.rings.ring import Setup
 from ...objectives.criterion import judge
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.scene import Scene
+from ...objectives.smallest_object import gap_excess
 from ...objectives.verified import Verified
 from ...objectives.verify import Verifier
 from .context import SearchContext
@@ -31,8 +32,15 @@ class Chosen:
     """Exact value, in [0, 1]."""
     voxel: float
     """Side of the voxels of the count, m."""
+    excess: float = 0.0
+    """Sum by which spheres that no sensor sees exceed the goals' largest gaps, m."""
     verified: tuple[Verified, ...] = ()
     """Exact ζ of each goal, where ζ is the criterion and its count was not rough."""
+
+    @property
+    def missed(self) -> float:
+        """What the goals' floors and largest gaps lack, in sum."""
+        return self.short + self.excess
 
 
 def choose(
@@ -114,7 +122,7 @@ def _in_turn(setups: Sequence[Setup], context: SearchContext) -> Chosen:
     scene, verifier, best = context.scene, context.verifier, None
     try:
         for i in range(len(setups)) if not context.brake.pulled.is_set() else ():
-            if best is not None and best.short == 0:
+            if best is not None and best.missed == 0:
                 lowest = _lowest(scene, best.verified)
                 hard = Verifier(lowest, verifier.voxel, verifier.rule, at=verifier.at)
                 if _judged(setups, i, replace(context, verifier=hard)).exact <= best.exact:
@@ -151,7 +159,7 @@ def _rough(context: SearchContext, scene: Scene) -> SearchContext:
 
 def _rank(one: Chosen) -> tuple[float, float]:
     """Return a key by which better setups come first."""
-    return one.short, -one.exact
+    return one.missed, -one.exact
 
 
 def _judged(setups: Sequence[Setup], index: int, context: SearchContext) -> Chosen:
@@ -161,4 +169,5 @@ def _judged(setups: Sequence[Setup], index: int, context: SearchContext) -> Chos
     if not aim.plain:
         return Chosen(index, *judge(verifier, setup, aim), voxel)
     verified = verifier.verify_goals(setup)
-    return Chosen(index, *verifier.judged(verified), voxel, verified)
+    excess = gap_excess(verifier.scene, setup)
+    return Chosen(index, *verifier.judged(verified), voxel, excess, verified)
