@@ -42,7 +42,7 @@ class Controls:
             hint="Count voxels, with the error of the count, and compute a guaranteed interval.",
         )
         self.unseen = gui.add_button(
-            "Unseen spheres",
+            "Find unseen spheres",
             hint="Find the largest sphere about each place of the target that no sensor sees.",
         )
         self.stop = gui.add_button("Stop", color="red", visible=False)

@@ -26,17 +26,15 @@ from jaxtyping import Bool, Float, Int, UInt8, UInt16
 from ..detection.aspect import Vertical
 from ..rings.mounting_errors import seated
 from ..rings.ring import Ring
-from ..sensors.sensor import Sensor
 from ..solids.beams import InBeam
 from .balls import STEPS, met_balls
 from .detections import MOST, Detections, SensorDetections
 from .line_of_sight import LinkOccluders
 from .mount_points import MountPoints, RingErrors
+from .reaching import WIDEST, Reaching
 from .sightlines import Sightlines
 
 _MARGIN = 1e-3  # rad, by which outer cones exceed the beams in them
-_BESIDE = np.float32(1e-3)  # m, by which the reach of a ball exceeds the farthest point
-_WIDEST = 1.57  # rad, half angle of an outer cone with a tangent
 
 
 class RingPlaces(NamedTuple):
@@ -58,32 +56,6 @@ class Views(NamedTuple):
     ``detections``."""
     sensor: UInt16[np.ndarray, "K N"] | None
     """Number on the ring of the last counted sensor; None if not requested."""
-
-
-class Reaching(NamedTuple):
-    """How far beside a sensor's outer cone points may lie."""
-
-    beyond: Float[np.ndarray, " N"] | np.float32
-    """Distance by which the cone is wider at every depth, and begins behind the apex, m."""
-    reach: Float[np.ndarray, " N"] | np.float32
-    """Largest distance from the sensor, m."""
-
-    @staticmethod
-    def of_piece(detections: SensorDetections) -> "Reaching":
-        """Return it for the places of a test piece."""
-        beyond = np.float32(detections.question.beyond)
-        return Reaching(beyond, np.float32(detections.reach))
-
-    @staticmethod
-    def of_balls(sensor: Sensor, ball: Float[np.ndarray, " N"], outer: float) -> "Reaching":
-        """Return it for balls of these radii, m, that meet beams in cones of the angle ``outer``:
-        beside a cone the ball reaches further across the axis than its radius."""
-        farthest = np.float32(sensor.form.farthest(sensor.sizes))
-        return Reaching(ball / np.float32(math.cos(min(outer, _WIDEST))), ball + farthest + _BESIDE)
-
-    def some(self, n: Int[np.ndarray, " T"]) -> "Reaching":
-        """Return it for the points with these indices."""
-        return Reaching(*(a if np.ndim(a) == 0 else a.take(n) for a in self))
 
 
 class _Relative(NamedTuple):
@@ -196,7 +168,7 @@ class _Nearest:
         )
         self._all = outer > math.pi / 2 + 2 * _MARGIN
         self._square = np.float32(math.cos(min(outer, math.pi / 2)) ** 2)
-        self._tangent = np.float32(math.tan(min(outer, _WIDEST)))
+        self._tangent = np.float32(math.tan(min(outer, WIDEST)))
         self._reaching = reaching
 
     def _inside(

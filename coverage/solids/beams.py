@@ -120,7 +120,7 @@ def in_sector(along: Any, aside: Any, s: Sizes) -> tuple[Any, Any]:
     rim = np.clip(along * cosine + aside * sine, 0.0, s.range_m)
     return tuple(
         np.where(inside, shorter * v, rim * w) for v, w in ((along, cosine), (aside, sine))
-    )  # type: ignore[return-value]
+    )
 
 
 def _length(v: list[Any]) -> Any:

@@ -48,7 +48,7 @@ class TargetTerms:
     """Minimum coverage that a search must keep, percent."""
     largest_gap: Annotated[float, Millimetres("largest_gap_mm", gt=0, lt=1000)] | None = None
     """Largest allowed diameter of a sphere with its centre in the target that no sensor sees, m;
-    ``verify`` and a search's answer say whether it is kept."""
+    a search keeps it if it can; ``verify`` and a search's answer say whether it is kept."""
 
 
 @definition(kw_only=True)

@@ -295,7 +295,8 @@ def test_a_criterion_by_counts_is_its_definition_and_a_move_changes_it_as_told(n
     assert criterion.named == (tally.sensor is not None)
     sensor = np.zeros((HELD, POINTS), np.uint16)
     held = HeldViews(np.stack(tally.count[RINGS:]), sensor, cell)
-    field = Field(part.astype(np.float32), in_pose.astype(np.float32), {}, {}, None, held, pose, {})
+    narrow = (a.astype(np.float32) for a in (part, in_pose))
+    field = Field(scene, *narrow, {}, {}, None, held, pose, {})
     direct = _direct(scene, aim, field, each, cell)
     assert criterion.value(field, tally, 0.0) == pytest.approx(direct, abs=1e-6)
 
