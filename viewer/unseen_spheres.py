@@ -25,6 +25,7 @@ from .drawn_parts import DrawnParts
 _STEPS = (5, 10, 20, 25, 35, 50, 100, 200)  # mm, of the classes of diameters
 _ROD = 0.3  # m, of rods, which are not shown
 _VEIL = 0.45  # opacity of the largest sphere
+_DIGITS = 6  # decimals of m to which layers of places are the same
 _DOT = 0.4  # of the distance of neighbours
 
 
@@ -65,8 +66,9 @@ class UnseenSpheres:
     @property
     def kind(self) -> Int[np.ndarray, " N"]:
         """Class of the diameter about each place, by the middle of its bounds."""
-        kind = (1000 * self._middle / self.step).astype(int)
-        return np.minimum(kind, len(SPHERES) - 1)
+        kind: np.ndarray = (1000 * self._middle / self.step).astype(int)
+        kind = np.minimum(kind, len(SPHERES) - 1)
+        return kind
 
     @property
     def _middle(self) -> Float[np.ndarray, " N"]:
@@ -114,9 +116,16 @@ def unseen_spheres(
     unseen = np.flatnonzero(bounds[1] > 0)
     box = np.ptp(gaps.solid.bounds(), axis=0)
     apart = float((np.prod(box) / max(len(where), 1)) ** (1 / 3))
-    steps = np.diff(np.unique(where[:, 2])) if len(where) > 1 else np.zeros(0)
-    spacing = float(steps.min(initial=apart))
+    layers = np.unique(where[:, 2].round(_DIGITS))
+    spacing = float(np.diff(layers).min(initial=apart))
     return UnseenSpheres(
-        *(setup, choice.target, choice.pose, choice.occlusion),
-        *(where[unseen], bounds[:, unseen], spacing, len(unseen) / max(len(where), 1), largest),
+        setup,
+        choice.target,
+        choice.pose,
+        choice.occlusion,
+        where[unseen],
+        bounds[:, unseen],
+        spacing,
+        len(unseen) / max(len(where), 1),
+        largest,
     )

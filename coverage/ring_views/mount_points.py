@@ -52,9 +52,10 @@ def mount_points(
     x, y, z = axes @ there.T
     n, up = len(points), axes @ frame[2, :3]
     each = [x, y, z, np.hypot(x, y), np.arctan2(y, x), np.tile(up, (n, 1))]
-    narrow = (a.astype(np.float32) for a in each)
-    numbers = (np.full(n, i, np.int32) for i in (pose, mounting))
-    return MountPoints(*narrow, *numbers, np.full(n, ball, np.float32))
+    arrays = [a.astype(np.float32) for a in each]
+    arrays += [np.full(n, i, np.int32) for i in (pose, mounting)]
+    arrays += [np.full(n, ball, np.float32)]
+    return MountPoints(*arrays)
 
 
 class RingErrors(NamedTuple):

@@ -310,7 +310,8 @@ class _Tests:
             upwards = self._points.vertical.take(n.take(seen), axis=0)
             worth, moved = counts[seen], step[seen, None] * upwards
         if self._past is not None:
-            clear = self._clear(*(a.take(seen) for a in (k, n, number)), moved)
+            k, n, number = (a.take(seen) for a in (k, n, number))
+            clear = self._clear(k, n, number, moved)
             seen, worth = seen[clear], None if worth is None else worth[clear]
         return seen, worth
 
@@ -344,8 +345,9 @@ class _Tests:
             there = InBeam(*(a.take(some) for a in (at.along, at.across, at.up)))
             met, moved = met_balls(self._sensor, there, ball.take(some), step)
             pairs = some[met]
-            kn = [a.take(pairs) for a in (k, n, number)]
-            seen[pairs[self._clear(*kn, self._in_mount(kn[0], kn[2], moved[met]))]] = True
+            at_k, at_n, at_number = (a.take(pairs) for a in (k, n, number))
+            moved = self._in_mount(at_k, at_number, moved[met])
+            seen[pairs[self._clear(at_k, at_n, at_number, moved)]] = True
             some = np.flatnonzero(~seen & (ball > 0))
             if not len(some):
                 break

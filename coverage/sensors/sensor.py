@@ -159,7 +159,7 @@ class Sensor:
 
     def nearest(self, at: InBeam) -> InBeam:
         """Return the points of the beam nearest to points in its frame, without occlusion."""
-        return self.form.nearest(at, Sizes(*map(np.float32, self.sizes)), np.float32(self.near_m))
+        return self.form.nearest(at, Sizes(*map(np.float32, self.sizes)), self.near_m)
 
     @property
     def square(self) -> bool:
