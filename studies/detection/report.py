@@ -183,17 +183,18 @@ def _spheres(rows: Sequence[Prediction]) -> dict[str, object]:
     """Return what the twin reports of spheres beside the bounds of the largest unseen one."""
     each = {row.layout: row.spheres for row in rows}.values()
     bounded = [one for one in each if one.high_mm < 1000 * MOST]
-    stood, met = sum(one.places for one in bounded), sum(one.met for one in bounded)
-    shares = [100 * one.met / one.places for one in bounded if one.places]
-    least = f", in the layout with the fewest at {min(shares):.0f} %" if shares else ""
+    tried = [one for one in bounded if one.places]
+    worst = min((one.met / one.places for one in tried), default=1.0)
     return {
         "unseen": sum(one.low_mm > 0 for one in each),
         "reports": sum(one.reports for one in each),
         "bounded": len(bounded),
         "spheres": SPHERES,
         "above": f"{100 * (ABOVE - 1):.0f}",
-        "stood": stood,
-        "met": f"{met} ({100 * met / max(stood, 1):.1f} %{least})",
+        "around": len(tried),
+        "stood": sum(one.places for one in tried),
+        "met": sum(one.met for one in tried),
+        "least": f", and {100 * worst:.0f} % in the worst layout" if worst < 1 else "",
     }
 
 
