@@ -11,11 +11,12 @@ from nbclient import NotebookClient
 from ..support.rooms import ROOT
 
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+SLOW = ("twin",)
+RUN = [pytest.param(p, marks=[pytest.mark.slow] * (p.stem in SLOW), id=p.stem) for p in NOTEBOOKS]
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of the kernel's own client
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", RUN)
 def test_a_notebook_runs(path, tmp_path, monkeypatch):
     kernels = tmp_path / "kernels"
     monkeypatch.setenv(
@@ -31,7 +32,7 @@ def test_a_notebook_runs(path, tmp_path, monkeypatch):
     shown = [kind for output in outputs for kind in output.get("data", ())]
     assert not [output for output in outputs if output.output_type == "error"]
     assert "image/png" in shown  # the plot
-    if path.stem == "first_steps":
+    if path.stem == "place":
         assert "text/html" in shown  # a result with its picture
         assert (folder / "proposal.toml").is_file()
 
