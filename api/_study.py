@@ -43,10 +43,11 @@ class StudyCall(StudyOptions):
 
     name: StudyName = field(kw_only=False)
     """``paper`` repeats the measurements of Kumar and Sahin (2019), ``pareto`` searches the front
-    of two targets, ``bound`` computes upper bounds on any search's coverage, ``convergence``
-    measures ζ against the voxel, ``detection`` holds predictions of detection against a twin in
-    MuJoCo, ``gap`` bounds every layout of a number of sensors, ``layouts``
-    scores published layouts, and ``robots`` measures the effect of self-occlusion on six robots."""
+    of two targets, ``benchmark`` scores its entries again, ``bound`` computes upper bounds on any
+    search's coverage, ``convergence`` measures ζ against the voxel, ``detection`` holds predictions
+    of detection against a twin in MuJoCo, ``gap`` bounds every layout of a number of sensors,
+    ``layouts`` scores published layouts, and ``robots`` measures the effect of self-occlusion on
+    six robots."""
     folder: str | Path | None = None
     """Output folder; by default ``results/NAME``."""
     targets: tuple[Target, Target] | None = None
@@ -186,7 +187,7 @@ def measured(run: Measure, call: StudyCall, grown: Callable[[Any, str], None]) -
             the part.
     """
     module = call.module("study")
-    if call.name == "convergence":
+    if call.name in ("benchmark", "convergence"):
         return module.measure(run)
     if call.name == "layouts":
         return module.measure(run, call.published, call.seed, call.time or module.SECONDS)

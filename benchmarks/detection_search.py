@@ -4,17 +4,24 @@ count of detection.
 
 import statistics
 import time
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
 
+import numpy as np
 from common import on_each_core, table
+from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.detection.detection import Detection
 from place_rings.coverage.detection.pieces import PIECES
 from place_rings.objectives.criterion import Criterion, judge
+from place_rings.objectives.poses import Pose
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.context import SearchContext
 from place_rings.placement.search.options import SearchOptions
 from place_rings.placement.search.search import search
-from search_questions import Question
+from place_rings.placement.space.design import Space
+from place_rings.simulation.pick_and_place import pick_and_place
 
 _SEEDS = {False: 1, True: 3}
 _EFFORT, _VOXEL = 0.3, 0.02
@@ -29,10 +36,23 @@ _TABLE = {"name": "table", "centre": [0.8, 0, -0.1], "size": [0.6, 1.2, 0.2]}
 class Case(NamedTuple):
     """A scene with a sensor and a test piece."""
 
-    question: Question
-    """Scene and budget."""
+    keys: Mapping[str, Any]
+    """Keys of the scene."""
+    sensors: int
+    """Number of sensors in any rings."""
     piece: str
     """The test piece."""
+    task_poses: int = 0
+    """Poses of the paper's task, at equal time steps; 0: those of the scene."""
+
+    def scene(self) -> Scene:
+        """Return the scene."""
+        scene: Scene = adapter(Scene).validate_python(self.keys)
+        if not self.task_poses:
+            return scene
+        q = pick_and_place(scene.robot, 50.0).q
+        steps = np.round(np.linspace(0, len(q) - 1, self.task_poses)).astype(int)
+        return replace(scene, poses=tuple(Pose(q[i]) for i in steps))
 
 
 def _case(
@@ -40,7 +60,7 @@ def _case(
 ) -> Case:
     poses = int(more.pop("task_poses", 0))  # type: ignore[call-overload]
     keys = {"targets": list(targets), "sensor": {"model": model}, "electronics": {"bus": "own"}}
-    return Case(Question(keys | more, sensors, task_poses=poses), piece)
+    return Case(keys | more, sensors, piece, poses)
 
 
 CASES = {
@@ -63,11 +83,11 @@ def report(full: bool) -> list[str]:
     answers = dict(zip([a[1:] for a in asked], on_each_core(asked), strict=True))
     rows = []
     for name, case in CASES.items():
-        model = case.question.scene["sensor"]["model"]
+        model = case.keys["sensor"]["model"]
         plain, own = ([answers[name, aim, seed] for seed in seeds] for aim in (0, 1))
         gains = [b[0] - a[0] for a, b in zip(plain, own, strict=True)]
         medians = [statistics.median(a[i] for a in some) for some in (plain, own) for i in (0, 1)]
-        row = [name, f"{case.question.sensors} {model}", case.piece]
+        row = [name, f"{case.sensors} {model}", case.piece]
         row += [f"{value:.2f}" for value in medians]
         row += [f"{statistics.median(gains):+.2f}", f"{min(gains):+.2f} to {max(gains):+.2f}"]
         row += [f"{statistics.median(a[2] for a in some):.0f}" for some in (plain, own)]
@@ -90,11 +110,11 @@ def answered(name: str, aim: int, seed: int) -> tuple[float, float, float]:
         seed: random seed.
     """
     case = CASES[name]
-    scene, detection = case.question.made(), Detection(piece=PIECES[case.piece])
+    scene, detection = case.scene(), Detection(piece=PIECES[case.piece])
     verifier, began = Verifier(scene, _VOXEL), time.monotonic()
     aims = Criterion(), Criterion(detection=detection)
     options = SearchOptions(effort=_EFFORT, seed=seed)
-    answer = search(case.question.space(scene), options, SearchContext(verifier, aims[aim]))
+    answer = search(Space(scene, sensors=case.sensors), options, SearchContext(verifier, aims[aim]))
     seconds = time.monotonic() - began
     zeta, detected = (100 * judge(verifier, answer.setup, each)[1] for each in aims)
     return detected, zeta, seconds

@@ -39,6 +39,17 @@ def _mounted(scene: Scene, ring: Ring) -> Ring:
     return replace(ring, position=min(max(place, 0.0), 1.0))
 
 
+def ring_radii(scene: Scene, clear: MountClearance | None) -> dict[str, float]:
+    """Return the radius of a new ring on each link, m.
+
+    Args:
+        scene: the scene.
+        clear: its mount clearance; None where rings have no bodies.
+    """
+    links = scene.robot.links
+    return {link: clear.radius(link) if clear else scene.radius_of(link) for link in links}
+
+
 def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Setup:
     """Return a layout with evenly spaced rings without tilt.
 
@@ -48,9 +59,7 @@ def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Set
     position is clear at all poses carries none, unless no link has a clear position.
     """
     clear, rings = MountClearance(scene) if scene.real else None, []
-    radii = {
-        link: clear.radius(link) if clear else scene.radius_of(link) for link in scene.robot.links
-    }
+    radii = ring_radii(scene, clear)
     free = {
         link for link, radius in radii.items() if clear is None or clear.stretches(link, radius)
     }

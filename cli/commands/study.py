@@ -60,6 +60,7 @@ def study(
 ) -> None:
     """Run a study, and write its data, pictures and a page. A stopped study resumes.
 
+    - benchmark: the entries of the benchmark, scored again.
     - bound: how far the search can be from the best setup on a grid, from linear and integer
       programmes.
     - convergence: how coverage depends on the size of the voxels, for each way to count them.

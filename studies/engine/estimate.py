@@ -26,6 +26,7 @@ _SECONDS = {
     "zeta touch": 0.1,
     "unseeing sensors": 0.5,
     "share of points": 0.5,
+    "benchmark score": 3.0,
     "bound": 240.0,
     "upper bound": 135.0,
     "minimum distance": 2.0,
@@ -108,6 +109,10 @@ def _example(cell: Cell, targets: list[tuple[Any, Any]]) -> Any:
         "upper bound": {
             **{f"{name}_percent": 0.0 for name in ("bound", "volume", "prices")},
             "seconds": 0.0,
+        },
+        "benchmark score": {
+            **{"sensors": 1, "rings": 1, "broken": []},
+            **dict.fromkeys(("percent", "low_percent", "high_percent"), 0.0),
         },
         "minimum distance": {},
         "unseen approach": [],

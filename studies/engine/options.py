@@ -8,9 +8,10 @@ from ...coverage.definitions.errors import InputError
 from ...coverage.definitions.options import Options, Seconds, Seed, Whole
 
 StudyName = Literal[
-    "bound", "convergence", "detection", "gap", "layouts", "paper", "pareto", "robots"
+    "benchmark", "bound", "convergence", "detection", "gap", "layouts", "paper", "pareto", "robots"
 ]
 _ADDRESS = re.compile(r"(tcp|tls)://\S+:\d+")
+_DRAWLESS = ("benchmark", "convergence")
 _ONLY = {"pareto": ("targets", "sensors", "scene", "quick"), "layouts": ("layouts", "time")}
 
 
@@ -27,8 +28,8 @@ class StudyOptions(Options):
     """pareto: only the front of ``sensors``, with few and short searches: about two minutes for
     24."""
     seed: Seed = 0
-    """Random seed of searches and paths; the same seed gives the same figures. convergence draws
-    nothing."""
+    """Random seed of searches and paths; the same seed gives the same figures. benchmark and
+    convergence draw nothing."""
     workers: Annotated[int, Whole(1, 1024)] = 1
     """Number of processes on this machine; above 1 it needs the cluster extra."""
     scheduler: str | None = None
@@ -55,6 +56,6 @@ class StudyOptions(Options):
                     stated = f"{value}" if isinstance(value, int | float) else "some"
                     line = f"found {stated} with study {name}, allowed: only with {only}"
                     raise InputError(line, key)
-        if name == "convergence" and self.seed:
-            line = f"found {self.seed} with study convergence, allowed: none, because it draws"
+        if name in _DRAWLESS and self.seed:
+            line = f"found {self.seed} with study {name}, allowed: none, because it draws"
             raise InputError(f"{line} nothing", "seed")

@@ -1,0 +1,1 @@
+"""A fixed set of questions, layouts that answer them, and the scorer."""
