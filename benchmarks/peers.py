@@ -146,14 +146,12 @@ class PeerObjective:
             found.append(self.judged(some))
         return np.concatenate(found)
 
-    def judged(
-        self, some: Sequence[Candidate | None], show: bool = True
-    ) -> Float[np.ndarray, " S"]:
-        """Return the shares of candidates; with ``show`` show the best if it is a new best."""
+    def judged(self, some: Sequence[Candidate | None]) -> Float[np.ndarray, " S"]:
+        """Return the shares of candidates, and show the best if it is a new best."""
         share = np.array(
             [0.0 if c is None else share_of(self.space, self._fields, c) for c in some]
         )
-        while show and share.max() > self.watch.best:
+        while share.max() > self.watch.best:
             best = int(np.argmax(share))
             c, clear = some[best], self.space.clear
             if c is None:
@@ -253,7 +251,7 @@ _TRIED = 64  # random places for each ring
 
 def greedy(task: PeerObjective, seed: int) -> None:
     """Add ring after ring, each at the best of 64 random places; then again with rings of another
-    size."""
+    size. Where the time does not suffice for all rings, those so far are the answer."""
     rng, space = np.random.default_rng(seed), task.space
     for each in cycle(_SIZES):
         rings, used, left = list[Ring](), list[int](), space.free
@@ -268,7 +266,7 @@ def greedy(task: PeerObjective, seed: int) -> None:
                 task.ring(s, count, rng.uniform(*task.ends[s : s + 2]), *rng.uniform(size=2))
                 for s in segments
             ]
-            share = task.judged([space.candidate(Setup((*rings, r))) for r in tried], count == left)
+            share = task.judged([space.candidate(Setup((*rings, r))) for r in tried])
             best = int(np.argmax(share))
             rings, used, left = [*rings, tried[best]], [*used, segments[best]], left - count
 

@@ -12,7 +12,7 @@ from ...reporting.progress import late_progress
 from ...reporting.terminal import Terminal, say_json
 from ...studies.benchmark.entries import standings
 from ...studies.benchmark.questions import QUESTIONS, VERSION, Question, question_named
-from ...studies.benchmark.score import Score, scored_file
+from ...studies.benchmark.score import AnswerScore, scored_file
 
 _FILES = (".csv", ".json", ".toml")
 _RULES = (
@@ -79,7 +79,7 @@ def score(name: str | None, path: Path, out: Path | None, as_json: bool) -> int:
     """Print the scores of the answers in a file or a folder, and return the exit code: 1 if one
     breaks a rule."""
     pairs = list(_answers(name, path))
-    scores, written = list[Score](), dict[str, str]()
+    scores, written = list[AnswerScore](), dict[str, str]()
     with late_progress(Terminal(stderr=True)) as bar:
         bar.start()
         task = bar.add_task("scoring answers", total=len(pairs))
@@ -120,7 +120,7 @@ def _answers(name: str | None, path: Path) -> Iterator[tuple[Question, Path]]:
         yield question_named(file.stem, str(file)), file
 
 
-def _print(scores: list[Score], folder: bool) -> None:
+def _print(scores: list[AnswerScore], folder: bool) -> None:
     """Print a table of scores, the broken rules, and for a folder the mean over all questions."""
     ranks, rows, console = standings(), [], Terminal()
     for found in scores:

@@ -28,7 +28,11 @@ def write(rows: Sequence[ScoredEntry], folder: Path) -> dict[str, str]:
         cell_cm=100 * CELL,
         equal=table(
             ("question", "sensors", *names, "ahead"),
-            [*(_compared(name, equal, names) for name in QUESTIONS), _means(equal, names)],
+            [
+                *(_compared(name, equal, names) for name in QUESTIONS),
+                _means(equal, names),
+                _longest(equal, names),
+            ],
         ),
         others=table(
             ("question", "entry", "sensors", "value", "proven interval", "processor s"),
@@ -68,6 +72,12 @@ def _means(rows: Sequence[ScoredEntry], names: Sequence[str]) -> list[str]:
         for entry in names
     ]
     return ["mean", "", *_best_in_bold(each), _ahead(each)]
+
+
+def _longest(rows: Sequence[ScoredEntry], names: Sequence[str]) -> list[str]:
+    """Return the longest processor time of each entry."""
+    each = {name: max(r.seconds or 0.0 for r in rows if r.entry == name) for name in names}
+    return ["longest, processor s", "", *(f"{each[name]:.1f}" for name in names), ""]
 
 
 def _best_in_bold(values: Sequence[float]) -> list[str]:

@@ -27,7 +27,7 @@ _DIGITS = 4  # decimals of a percentage
 
 
 @dataclass(frozen=True)
-class Score:
+class AnswerScore:
     """How good an answer is."""
 
     question: str
@@ -70,7 +70,7 @@ def broken_rules(question: Question, setup: Setup) -> tuple[str, ...]:
     return (*lines, *(fault.text for fault in faults(scene, setup.rings)))
 
 
-def score(question: Question, setup: Setup) -> Score:
+def score(question: Question, setup: Setup) -> AnswerScore:
     """Return the score of a setup.
 
     Raises:
@@ -80,7 +80,7 @@ def score(question: Question, setup: Setup) -> Score:
         raise ValueError(f"found {setup.sensors} sensors, allowed: 1 to {_MOST}")
     verifier = Verifier(question.scene, VOXEL)
     low, high = proven(question, setup)
-    return Score(
+    return AnswerScore(
         question.name,
         setup.sensors,
         len(setup.rings),
@@ -118,7 +118,7 @@ def proven(question: Question, setup: Setup, width: float = WIDTH) -> tuple[floa
     return max(float(low) - rounding, 0.0), min(float(high) + rounding, 1.0)
 
 
-def scored_file(question: Question, path: Path) -> tuple[EntryModel, Setup, Score]:
+def scored_file(question: Question, path: Path) -> tuple[EntryModel, Setup, AnswerScore]:
     """Return what a file states about its answer, the setup, and its score.
 
     Raises:

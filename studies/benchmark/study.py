@@ -13,7 +13,7 @@ from ..engine.store import Cell, Measure
 from ..layouts.study import PUBLISHED
 from .entries import ENTRIES
 from .questions import QUESTIONS, Question
-from .score import Score, score
+from .score import AnswerScore, score
 
 OUTSIDE = (
     ("blind", "n2_16_55", "Kumar and Sahin, n2_16_55"),
@@ -37,7 +37,7 @@ class ScoredEntry:
     """Processor time that it took, s."""
     stated: float | None
     """The value that its file states, percent."""
-    score: Score
+    score: AnswerScore
     """The score."""
 
 
@@ -97,7 +97,7 @@ def measure(run: Measure) -> list[ScoredEntry]:
             answer.equal,
             answer.about.processor_s,
             answer.about.percent,
-            Score(answer.question.name, **result | {"broken": tuple(result["broken"])}),
+            AnswerScore(answer.question.name, **result | {"broken": tuple(result["broken"])}),
         )
         for answer, result in zip(answers, found, strict=True)
     ]

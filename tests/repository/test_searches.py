@@ -55,9 +55,9 @@ def test_a_peer_stays_in_bounds_and_budget_and_gets_better_only(asked, name, mon
         pytest.skip(f"{package} is not installed")
     watch, judged = Counted(BUDGET), asked.judged
 
-    def counting(some, show=True):
+    def counting(some):
         watch.spent += len(some)
-        return judged(some, show)
+        return judged(some)
 
     monkeypatch.setattr(asked, "watch", watch)
     monkeypatch.setattr(asked, "judged", counting)
@@ -66,7 +66,7 @@ def test_a_peer_stays_in_bounds_and_budget_and_gets_better_only(asked, name, mon
     values = [value for value, _ in watch.shown]
     assert values == sorted(values) != []
     best = watch.shown[-1][1]
-    assert best.sensors == SENSORS
+    assert best.sensors <= SENSORS
     assert not faults(SCENE, best.rings)
     # 400 points against all voxels of 4 cm, so some points apart
     verifier = Verifier(SCENE, 0.04)
