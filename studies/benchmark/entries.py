@@ -42,7 +42,6 @@ ENTRIES = {
         Entry("cma-es", "CMA-ES", True),
         Entry("differential-evolution", "differential evolution", True),
         Entry("crs2", "CRS2", True),
-        Entry("place-rings-unlimited", "place-rings, no limit"),
         Entry("kumar-sahin", "Kumar and Sahin"),
     )
 }
