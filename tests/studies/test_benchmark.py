@@ -316,8 +316,8 @@ def test_the_command_lists_writes_scores_and_enters(tmp_path, capsys):
     folder.mkdir()
     text = ENTRIES["greedy"].file("panda_strip").read_text()
     answer(folder, text)
-    answer(folder, ROWS.replace(",8,", ",9,"), "iiwa14.csv")
-    assert command("--json", "--score", str(folder), "--out", str(entry)) == 2  # other links
+    answer(folder, ROWS.replace("forearm", "elbow"), "iiwa14.csv")
+    assert command("--json", "--score", str(folder), "--out", str(entry)) == 2
     assert not entry.exists()
     (folder / "iiwa14.csv").unlink()
     assert command("--json", "--score", str(folder), "--out", str(entry)) == 0
@@ -343,8 +343,8 @@ def test_the_study_scores_each_answer_once_and_names_what_differs(tmp_path, monk
         few = [c.arguments["question"] == "panda_strip" for c in some]
         known = next(c for c, quick in zip(some, few, strict=True) if quick)
         result = TASKS[known.work](**known.arguments)
-        broken = [[] if "sensors" not in c.arguments["setup"] else ["it has"] for c in some]
-        return [result | {"percent": 50.0, "broken": list(b)} for b in broken]
+        broken = [["no ring"] * bool(c.arguments["setup"].get("sensors")) for c in some]
+        return [result | {"percent": 50.0, "broken": b} for b in broken]
 
     rows = study.measure(run)
     assert len({cell.key for cell in cells}) == len(cells) == len(rows)
