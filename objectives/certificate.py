@@ -158,11 +158,11 @@ def _sensors(
             f"found sensors of one zone that report nothing beyond a body under occlusion"
             f" {scene.occlusion}, allowed: shadow or ignore"
         )
-    live, which = np.asarray(beams.range_m) > 0, {}
-    for shape in (Cones, Pyramids):
-        own = isinstance(beams, shape) and not isinstance(beams, MixedBeams)
-        of = dict(zip(SHAPES, beams.which, strict=True)) if isinstance(beams, MixedBeams) else {}
-        which[shape] = np.flatnonzero(live & (own if of.get(shape) is None else of[shape]))
+    live, of = np.asarray(beams.range_m) > 0, dict[type[Any], Any]({type(beams): True})
+    if isinstance(beams, MixedBeams):
+        mixed = zip(SHAPES, beams.which, strict=True)
+        of = {shape: own for shape, own in mixed if own is not None}
+    which = {k: np.flatnonzero(live & np.asarray(of.get(k, False))) for k in (Cones, Pyramids)}
     if sum(map(len, which.values())) < live.sum():
         raise UncertifiedError("found beams of other shapes, allowed: cones and pyramids")
     number = np.full(len(live), -1)
