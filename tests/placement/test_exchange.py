@@ -201,6 +201,21 @@ def _explored(name, seed=0, ticks=10**9, known=()):
     return record, told, next(now)
 
 
+@pytest.mark.parametrize("name", ["any", "any, one tilt"])
+def test_a_stage_that_ends_in_its_first_library_has_more_than_a_random_start(name, monkeypatch):
+    fields, brake = _fields(name), StopToken()
+    record, first = SearchRecord(SPACES[name], fields), GlobalStage._first
+
+    def only(stage, *about):
+        first(stage, *about)
+        brake.pulled.set()
+
+    monkeypatch.setattr(GlobalStage, "_first", only)
+    rounds = (Round(512, 5, 1, 6, 0.2, trials=40, library=1000, beside=40),)
+    GlobalStage(SPACES[name], fields, 0, brake, record, lambda *_: None).run(rounds, ())
+    assert record.best[0] > record.judged[0][0] + 0.05
+
+
 def _same(a, b):
     return all(
         np.array_equal(x, y) for x, y in zip(*(vars(c).values() for c in (a, b)), strict=True)
