@@ -12,7 +12,6 @@ from ._proposal import Proposal
 from ._validation import check_scene, check_search_sight, given_scene
 from ._versions import origin
 from .coverage.rings.mounting_errors import MountingErrors
-from .coverage.rings.ring import Setup
 from .objectives.criterion import Criterion, check_criterion, check_detection
 from .objectives.scene import Scene
 from .objectives.verify import Verifier
@@ -22,6 +21,7 @@ from .placement.search.context import SearchContext
 from .placement.search.gradient_stage import accelerated
 from .placement.search.options import SearchOptions
 from .placement.search.progress import Progress
+from .placement.search.result import Reach
 from .placement.search.several_searches import (
     fewest_rings,
     fewest_sensors,
@@ -103,15 +103,7 @@ def search(call: SearchCall) -> Proposal:
     with input_errors(but=(InfeasibleError,)):
         space = space_of(call, scene)
     if call.gap:
-        from .placement.bound.upper_bound import unboundable  # loads SciPy
-
-        if (reason := unboundable(scene, aim)) is not None:
-            raise InputError(
-                f"found a search with {reason}, for which no upper bound is known; allowed: named"
-                " targets without weights, and a scene without obstacles, attached solids and"
-                " mounting errors",
-                "gap",
-            )
+        _check_gap(scene, call, space, aim)
     seeing = space.sensors + sum(group.count for group in scene.standing)
     if aim.detection is not None and aim.detection.at_least > seeing and call.reach is None:
         raise InputError(
@@ -137,7 +129,7 @@ def search(call: SearchCall) -> Proposal:
         else:
             repeated = repeated_search(partial(searching.search, space), call, context)
             result = repeated.result
-    bound = _bound(scene, call, space, result.setup, aim) if call.gap else None
+    bound = _bound(scene, space, aim, call, reached) if call.gap else None
     if bound is not None and bound.value is not None:
         bound = replace(bound, gap=bound.value - result.exact)
     found = replace(
@@ -158,17 +150,54 @@ def search(call: SearchCall) -> Proposal:
     )
 
 
+def _check_gap(scene: Scene, options: SearchOptions, space: Space, aim: Criterion) -> None:
+    """Refuse a gap where no bound is known, or where it would say nothing.
+
+    Raises:
+        InputError: if that is so.
+    """
+    from .placement.bound.forecast import says_nothing  # loads SciPy
+    from .placement.bound.upper_bound import unboundable
+
+    if (reason := unboundable(aim)) is not None:
+        line = f"found a search with {reason}, for which no upper bound is known; allowed: without"
+        raise InputError(line, "gap")
+    wanted = 1.0 if options.reach is None else options.reach / 100
+    with input_errors("targets"):
+        nothing = says_nothing(scene, space, aim, wanted)
+    if nothing and options.reach is not None:
+        raise InputError(
+            f"found with reach {options.reach:g}, for which the bound says nothing: as far as it"
+            f" knows, {space.sensors} sensors, the fewest that the rules allow, may reach it;"
+            " allowed: a larger reach",
+            "gap",
+            others=("reach",),
+        )
+    if nothing:
+        raise InputError(
+            f"found with {space.sensors} sensors, for which the upper bound says nothing: it would"
+            " be 100 %, as their beams could cover all of the target if they never had to overlap;"
+            " allowed: fewer sensors, or a larger target",
+            "gap",
+        )
+
+
 def _bound(
-    scene: Scene, options: SearchOptions, space: Space, setup: Setup, aim: Criterion
-) -> CoverageBound | None:
+    scene: Scene, space: Space, aim: Criterion, options: SearchOptions, reached: Reach | None
+) -> CoverageBound:
     """Return an upper bound on all layouts with the budget of a search's answer, without a value
     after Ctrl-C."""
     from .placement.bound.upper_bound import upper_bound
 
-    if options.reach is not None:
-        sensors = sum(ring.count for ring in setup.rings)
+    if reached is not None:
+        sensors = sum(ring.count for ring in reached.result.setup.rings)
         space = Space(scene, sensors=sensors, rings=options.rings)
     try:
-        return upper_bound(scene, space, aim)
+        bound = upper_bound(scene, space, aim, reach=reached and reached.wanted)
     except KeyboardInterrupt:
         return CoverageBound()
+    bound = bound or CoverageBound()
+    if reached is not None and reached.reached and bound.fewest_sensors is not None:
+        # voxels may count a little more than the exact coverage
+        bound = replace(bound, fewest_sensors=min(bound.fewest_sensors, sensors))
+    return bound

@@ -30,6 +30,7 @@ from ...reporting.lines.occlusion import (
     without_lines,
 )
 from ...reporting.lines.results import (
+    fewest_sensors_line,
     gap_line,
     object_lines,
     protective_lines,
@@ -202,7 +203,7 @@ def _show(
     if proposal.search is not None:
         _show_search(proposal.search, scene, voxel, console)
         console.lines(_chance_line(record, proposal.search))
-    console.lines(gap_line(record.gap))
+    console.lines(gap_line(record.gap), fewest_sensors_line(record.gap, record.reach))
     if record.reach:
         console.print(_reached_line(record.reach))
     if record.fewest_rings:

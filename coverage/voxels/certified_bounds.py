@@ -15,11 +15,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool
 
-from ..arrays import rows
 from ..processors import processors
-from ..solids.base import LOGIC, CubePairs, Solid, fold, leaves
+from ..solids.base import Solid, leaves
 from ..solids.volume_fraction import VolumeFraction
 from ..weight_field import WeightField
 from .allocation import keep_freed_memory
@@ -27,6 +26,7 @@ from .cell_classification import IN_TARGET, SEEN, SLACK, scale, target_verdicts
 from .octree_cells import Cells, first_cells
 from .volume_tally import COVERED, LEVELS, OPEN, OUTSIDE, UNCOVERED, Bracket, VolumeTally
 from .voxel_set import centre
+from .voxel_shares import cell_shares
 
 # pairs of cell and part processed at once: enough that arithmetic outweighs calls, about 100 MB
 _PAIRS = 1 << 17
@@ -121,10 +121,13 @@ class _Pass:
         if volume > _WORTH * self.threshold and cells.level > 0:
             return cells
         points = centre(cells.numbers, cells.level, self.unit)
-        t = self._shares(
-            self.target, points, cells.pairs[:unions], side, (cells.mark & IN_TARGET) > 0
+        t, v = (
+            _filled(cell_shares(solid, points, pairs, side, self.slack), (cells.mark & mark) > 0)
+            for solid, pairs, mark in (
+                (self.target, cells.pairs[:unions], IN_TARGET),
+                (self.seen, cells.pairs[unions:], SEEN),
+            )
         )
-        v = self._shares(self.seen, points, cells.pairs[unions:], side, (cells.mark & SEEN) > 0)
         covered, uncovered = t & v, t & -v
         if self.weights is not None:
             weight = self.weights.in_cubes(points, side, self.slack)
@@ -139,23 +142,10 @@ class _Pass:
             tally.settled.append((cells.level, cells.key[done], np.full(done.sum(), OPEN)))
         return cells.only(split)
 
-    def _shares(
-        self,
-        solid: Solid,
-        points: Float[np.ndarray, "M 3"],
-        pairs: tuple[tuple[np.ndarray, np.ndarray], ...],
-        side: float,
-        inside: np.ndarray,
-    ) -> VolumeFraction:
-        cubes, unions = len(points), []
-        for parts, (cell, index) in zip(leaves(solid), pairs, strict=True):
-            union = VolumeFraction(np.zeros(cubes), np.zeros(cubes))
-            if len(cell):
-                at = rows(points, cell)
-                union = parts.shares(CubePairs(at, cell, index, cubes, side, self.slack))
-            unions.append(union)
-        share = fold(solid, unions, LOGIC)
-        return VolumeFraction(np.where(inside, 1.0, share.low), np.where(inside, 1.0, share.high))
+
+def _filled(share: VolumeFraction, inside: Bool[np.ndarray, " M"]) -> VolumeFraction:
+    """Return the shares, 1 for the cells that are known to lie inside."""
+    return VolumeFraction(np.where(inside, 1.0, share.low), np.where(inside, 1.0, share.high))
 
 
 def _run(work: _Pass, start: Cells, cells: int) -> VolumeTally:

@@ -39,6 +39,9 @@ class CoverageBound:
     """The bound less the proposal's value of the criterion."""
     informative: bool = False
     """Whether the bound is below 100 %."""
+    fewest_sensors: int | None = None
+    """For a search for the fewest sensors: no layout of fewer reaches the coverage; none where that
+    says nothing."""
     terms: Items[TermBound] = ()
     """Bounds of each target at each pose, of at most 64."""
     seconds: Annotated[float, Decimals(1, ge=0)] = 0.0

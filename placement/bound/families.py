@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.robot import Mount
@@ -139,11 +139,33 @@ class Budget:
         if self.layout is not None:
             at = [(f, self.counts[f].index(n)) for f, n in self.layout]
             return float(sum(values[f][i] for f, i in at)), at
+        best, taken = self._knapsack(values)
+        r, s = np.unravel_index(int(best.argmax()), best.shape)
+        value, chosen = float(best[r, s]), []
+        for f, choice in reversed(taken):
+            if (i := int(choice[r, s])) >= 0:
+                chosen.append((f, i))
+                s -= self.counts[f][i]
+                r -= len(best) > 1
+        return value, chosen
+
+    def by_sensors(self, values: list[Float[np.ndarray, " _"]]) -> Float[np.ndarray, " N"]:
+        """Return the largest sum for at most n sensors, for each n from 0; of a given layout only
+        that of the whole."""
+        if self.layout is not None:
+            return np.array([self.best(values)[0]])
+        most: np.ndarray = self._knapsack(values)[0].max(axis=0)
+        return most
+
+    def _knapsack(
+        self, values: list[Float[np.ndarray, " _"]]
+    ) -> tuple[Float[np.ndarray, "R N"], list[tuple[int, Int[np.ndarray, "R N"]]]]:
+        """Return the value of at most r rings (any number, if none is limited) and s sensors, and
+        for each slot its family and the index of the size that it takes there."""
         n, some = self.sensors, range(len(self.rings))
         slots = [f for f in some for _ in range(min(self.rings[f], n // self.counts[f][0]))]
         total = len(slots) if self.total is None else min(self.total, len(slots))
         limited = total < len(slots)
-        # best[r, s]: value of at most r rings (any number, if none is limited) and s sensors
         best = np.zeros((total + 1 if limited else 1, n + 1))
         taken = []
         for f in slots:
@@ -157,12 +179,5 @@ class Budget:
                 more[to][better] = (before + values[f][i])[better]
                 choice[to][better] = i
             best = more
-            taken.append(choice)
-        r, s = np.unravel_index(int(best.argmax()), best.shape)
-        value, chosen = float(best[r, s]), []
-        for f, choice in zip(reversed(slots), reversed(taken), strict=True):
-            if (i := int(choice[r, s])) >= 0:
-                chosen.append((f, i))
-                s -= self.counts[f][i]
-                r -= limited
-        return value, chosen
+            taken.append((f, choice))
+        return best, taken

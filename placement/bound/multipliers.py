@@ -9,6 +9,7 @@ collects most at the current prices, from a grid of rings; the smoothing narrows
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -89,6 +90,18 @@ def _slopes(filled: Float[np.ndarray, " J"], width: float) -> Float[np.ndarray, 
     return slope
 
 
+@dataclass(frozen=True)
+class Prices:
+    """Prices, and how low bounds by prices can be."""
+
+    values: Float[np.ndarray, " J"]
+    """Price of each point of the lattice, at most ``field.most``."""
+    bound: float
+    """Their bound on a grid of rings. It is no bound for rings between the grid's places."""
+    covered: float
+    """What layouts in fractions cover: no prices on the lattice have a lower bound."""
+
+
 class _Mixture:
     """Layouts used in fractions: how much of each Gaussian they cover on average."""
 
@@ -100,6 +113,11 @@ class _Mixture:
         self._layouts = np.zeros((16, len(held)), np.float32)
         self._layouts[0] = self.filled
         self._weights = np.array([1.0])
+
+    @property
+    def covered(self) -> float:
+        """What the layouts cover on average, as a share of the target."""
+        return float(self._held @ np.minimum(self.filled, 1.0))
 
     def add(self, layout: Float[np.ndarray, " J"], width: float) -> None:
         """Mix in a layout by the fraction that is best (Frank-Wolfe)."""
@@ -147,10 +165,9 @@ def find_prices(
     standing: Float[np.ndarray, " J"],
     seen: int,
     steps: int,
-) -> tuple[Float[np.ndarray, " J"], float]:
-    """Return prices, at most ``field.most``, whose bound on a grid of rings is the lowest.
-
-    The second result is that bound. It is no bound for rings between the grid's places.
+    enough: float = math.inf,
+) -> Prices:
+    """Return prices whose bound on a grid of rings is the lowest.
 
     Args:
         some: families of rings.
@@ -160,6 +177,7 @@ def find_prices(
         standing: mass of each Gaussian in the beams of sensors that stay, as a share of the target.
         seen: number of sensors that must cover a point.
         steps: most steps.
+        enough: what layouts in fractions cover, at which the search for prices ends.
     """
     grids = [_Grid(f, b, field) for f, b in zip(some, beams, strict=True)]
     mixture = _Mixture(field.held, standing / seen)
@@ -177,10 +195,10 @@ def find_prices(
             if prices is now:
                 added = sum((each[f][1](i) for f, i in rings), standing) / seen
         since += 1
-        if since > _LAST and width <= _WIDTHS[1]:
+        if (since > _LAST and width <= _WIDTHS[1]) or mixture.covered >= enough:
             break
         mixture.add(added, width)
         for _ in range(_CORRECTIONS):
             mixture.correct(width)
         width = max(width * _NARROWING, _WIDTHS[1])
-    return best, least
+    return Prices(best, least, mixture.covered)

@@ -1,4 +1,8 @@
-"""Prices of places in a target: a smooth field of multipliers, a sum of Gaussians on a lattice."""
+"""Prices of places in a target: a smooth field of multipliers, a sum of Gaussians on a lattice.
+
+Prices are shares of the weight: the multiplier of a place of weight w is w times the field there.
+So the part of a voxel that the target's surface cuts off, and places of low weight, count alike.
+"""
 
 import math
 from dataclasses import dataclass
@@ -8,12 +12,13 @@ import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import gaussian_gradient_magnitude, map_coordinates
 
+from ...coverage.solids.volume_fraction import VolumeFraction
 from ...coverage.targets.target import Target
-from ...coverage.voxels.octree import voxels
-from ...coverage.voxels.voxel_set import OFFSET, decode
-from ...coverage.weight_field import LEVELS
+from ...coverage.voxels.cell_classification import SLACK, scale
+from ...coverage.voxels.voxel_shares import voxel_shares
 from ...objectives.scene import Scene
 
+_HALVINGS = 2  # of the side of a voxel that the target's surface cuts
 _PAD = 4  # voxels about the target in which its surface is spread
 WIDTH = 0.7  # standard deviation of a Gaussian, in spacings of the lattice
 _LEAST = 0.01  # of its mass that a Gaussian has in the target; others get no price
@@ -21,10 +26,16 @@ _LEAST = 0.01  # of its mass that a Gaussian has in the target; others get no pr
 
 @dataclass(frozen=True)
 class TargetGrid:
-    """A target at a pose as weights on a grid of voxels."""
+    """A target at a pose as weights on a grid of voxels.
 
-    weight: Float[np.ndarray, "X Y Z"]
-    """Weight of each voxel, 0 outside the target; they sum to 1."""
+    The weight of a voxel is the mean of the target's weight in it, relative to the largest one and
+    0 outside the target: without a weight field the share of the voxel in the target.
+    """
+
+    filled: Float[np.ndarray, "X Y Z"]
+    """Upper bound of the weight of each voxel, in [0, 1]."""
+    volume: float
+    """Lower bound of the sum of all weights times the volume of a voxel, m^3."""
     centres: tuple[np.ndarray, np.ndarray, np.ndarray]
     """Coordinates of the voxels' centres along each axis, m."""
     side: float
@@ -36,31 +47,36 @@ class TargetGrid:
         solid = scene.solid(target, pose)
         size = np.ptp(solid.bounds(), axis=0)
         side = max(0.01, 0.005 * math.ceil(200 * float(np.prod(size) / most) ** (1 / 3)))
-        some = voxels(solid, side)
-        if len(some) == 0:
-            raise ValueError(f"the target {target} is empty at pose {pose}")
-        counts = some.stop - some.start
-        first = np.repeat(some.start - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
-        numbers = decode(first + np.arange(counts.sum())) - OFFSET
-        low = numbers.min(axis=0)
-        weight = np.zeros(np.ptp(numbers, axis=0) + 1, np.float32)
-        value = np.ones(len(numbers))
+        shares = voxel_shares(solid, side, _HALVINGS)
+        shape = shares.high.shape
+        x, y, z = ((shares.first[k] + np.arange(shape[k]) + 0.5) * side for k in range(3))
+        low, high = shares.low, shares.high
         if target.importance is not None:
-            value = target.importance.levels_at((numbers + 0.5) * side) / LEVELS
-        weight[tuple((numbers - low).T)] = value / value.sum()
-        axes = [(low[k] + np.arange(weight.shape[k]) + 0.5) * side for k in range(3)]
-        return TargetGrid(weight, (axes[0], axes[1], axes[2]), side)
+            points = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
+            weights = target.importance.in_cubes(points, side, SLACK * scale(solid))
+            mean = weights.of(VolumeFraction(low.ravel(), high.ravel()))
+            low, high = mean.low.reshape(shape), mean.high.reshape(shape)
+        volume = float(low.sum()) * side**3
+        if not volume > 0:
+            raise ValueError(f"the target {target} is empty at pose {pose}")
+        return TargetGrid(high.astype(np.float32), volume, (x, y, z), side)
+
+    @property
+    def weight(self) -> Float[np.ndarray, "X Y Z"]:
+        """Upper bound of the weight of each voxel as a share of the target."""
+        return self.filled * np.float32(self.side**3 / self.volume)
 
     def spacing(self, points: int) -> float:
         """Return the spacing of a lattice with about this number of points in the target, m."""
-        return float((np.count_nonzero(self.weight) * self.side**3 / points) ** (1 / 3))
+        return float((np.count_nonzero(self.filled) * self.side**3 / points) ** (1 / 3))
 
     def inside(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-        """Return whether points lie in the target: 1, 0, or between at the surface's voxels."""
-        return self._between(self._indicator, points)
+        """Return the target's weight at points, linear between the centres of the voxels."""
+        return self._between(self.filled, points)
 
     def steps(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-        """Return the density of the target's surface at points, 1/m, spread over a few voxels."""
+        """Return the slope of the weight at points, 1/m, where it steps at the target's surface,
+        spread over a few voxels."""
         return self._between(self._surface, points, _PAD)
 
     def _between(self, values: np.ndarray, points: np.ndarray, pad: int = 0) -> np.ndarray:
@@ -70,25 +86,16 @@ class TargetGrid:
 
     @cached_property
     def _surface(self) -> Float[np.ndarray, "X Y Z"]:
-        slopes: np.ndarray = gaussian_gradient_magnitude(np.pad(self._indicator, _PAD), 1.0)
+        slopes: np.ndarray = gaussian_gradient_magnitude(np.pad(self.filled, _PAD), 1.0)
         return slopes / self.side
-
-    @cached_property
-    def _indicator(self) -> Float[np.ndarray, "X Y Z"]:
-        return (self.weight > 0).astype(np.float32)
-
-    @property
-    def volume(self) -> float:
-        """Weighted volume, m^3, relative to the largest weight."""
-        return self.side**3 / float(self.weight.max())
 
 
 class PriceField:
     """A lattice of Gaussians about a target; a price for each makes a field.
 
-    The field is lambda(p) = sum over j of a_j l^3 N(p - p_j; s), with the spacing l of the lattice.
+    The field is mu(p) = sum over j of a_j l^3 N(p - p_j; s), with the spacing l of the lattice.
     With all a_j = 1 it is 1 up to a ripple far below 1 %, so a_j is about the price at p_j, as a
-    share of the largest weight of the target.
+    share of the weight of the target there.
     """
 
     def __init__(self, grid: TargetGrid, points: int) -> None:
@@ -122,14 +129,13 @@ class PriceField:
         return kernel.astype(np.float32)
 
     def uncollected(self, prices: Float[np.ndarray, " J"]) -> float:
-        """Return the integral of (w - lambda)^+ over the target, as a share of its weight."""
+        """Return the integral of w (1 - mu)^+ over the target, as a share of its weight."""
         values = np.zeros(self._used.shape, np.float32)
         values[self._used] = prices
         for kernel in self._kernels:
             values = np.tensordot(values, kernel, axes=(0, 0))
-        weight = self.grid.weight
-        top = np.float32(weight.max())
-        return float(np.maximum(weight - values * top, 0)[weight > 0].sum(dtype=float))
+        left = float((self.grid.filled * np.maximum(1 - values, 0)).sum(dtype=float))
+        return left * self.grid.side**3 / self.grid.volume
 
     def sampled(
         self, prices: Float[np.ndarray, " J"], parts: int = 2

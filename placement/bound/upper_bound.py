@@ -1,8 +1,8 @@
 """An upper bound on the coverage of every layout within a budget, wherever its rings sit.
 
-Let w be the weight of the places of a target (1 in the target, or its weight field), C_i the beams
-of a layout, and lambda >= 0 any field of prices. A place that some beam covers is worth at most
-(w - lambda)^+ by itself, plus lambda for each beam that covers it. Summed over the target,
+Let w be the weight of each place (1 in the target, or its weight field there, and 0 outside), C_i
+the beams of a layout, and lambda >= 0 any field of prices. A place that some beam covers is worth
+at most (w - lambda)^+ by itself, plus lambda for each beam that covers it. Summed over the target,
 
     covered weight  <=  integral of (w - lambda)^+  +  sum over i of  integral of lambda over C_i.
 
@@ -22,66 +22,83 @@ above 1[n >= k]. Its value at n < k is what it gives away: places that fewer tha
 Two fields are used. With lambda = w each sensor collects at most the volume of its beam: the
 *volume bound*, the number of sensors times the volume of a beam over that of the target. The other
 field has low prices where layouts cover places several times, and a higher price elsewhere
-(``multipliers``). It is a smooth field (``price_field``) inside the target and 0 outside, so beams
+(``multipliers``). It is lambda = w mu with a smooth field mu in [0, 1] (``price_field``), so beams
 collect nothing beyond the target's surface. What rings collect is summed over cells at nodes, and
 bounded between them (``link_cylinder``, ``ring_values``).
 
-Weak duality holds exactly. Three sums are numerical: those over the voxels of the target, those
-over cells in beams, and the excess between nodes where beams cross the target's surface. The first
-has ``MARGIN`` added for its error, the others their own margins; all are estimates on the safe
-side. The first is no estimate for flat faces along the voxels, or for weight fields sampled at
-their centres: for such targets no bound is stated (``unboundable``).
+Weak duality holds exactly. The target's volume and the share of each voxel in it have proven bounds
+(``voxel_shares``), whose safe ends are taken: so the faces of obstacles, of attached solids and of
+volumes of one's own may lie along the voxels, and weights may step within them. Three sums are
+numerical: that of 1 - mu over the voxels, those over cells in beams, and the excess between nodes
+where beams cross the target's surface. The first has ``MARGIN`` added for its error, the others
+their own margins; all are estimates on the safe side.
+
+What rings of each size collect does not depend on the number of sensors. So one field of prices
+bounds the coverage of every number of sensors, and the smallest number whose bound reaches a
+coverage is the fewest that any layout could need for it (``CoverageBound.fewest_sensors``).
 
 The bound is not the best layout. It counts rings as if their beams could be arranged, in fractions,
 without covering a place twice. Where beams must overlap, as near the robot, it stays above every
-layout. Sensors of one ring that overlap count twice, too. Spacing, occlusion and envelopes of rings
-are dropped; they only lessen coverage. Fixed rings and single sensors are counted as they stand.
+layout. Sensors of one ring that overlap count twice, too. Spacing, envelopes of rings, and
+occlusion by the robot, by what it carries and by obstacles are dropped; they only lessen coverage.
+Fixed rings and single sensors are counted as they stand.
 """
 
-import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings.ring import Setup
-from ...coverage.rings.ring_kinematics import sensor_axes
-from ...coverage.robots.kinematics import forward
-from ...coverage.sensors.sensor import Sensor
 from ...objectives.criterion import Criterion
 from ...objectives.scene import Scene
 from ..space.design import Space
-from .blurred_beam import BlurredBeam, Profile
 from .coverage_bound import NOTHING, CoverageBound, TermBound
-from .families import Budget, Family, families
-from .multipliers import find_prices
-from .price_field import WIDTH, PriceField, TargetGrid
-from .ring_values import STEP, RingMaxima, shares
+from .pose_bounds import AtPose, Effort
 
-MARGIN = 5e-4
-"""Added to each bound for the sums over voxels, as a share of the target."""
 _LISTED = 64
-_GAIN = 0.002  # below the volume bound: prices that promise less are not followed up
+_SHARPER = 2  # times that prices are sought for the fewest sensors
 
 
 @dataclass(frozen=True)
-class Effort:
-    """How much work a bound takes."""
+class BoundsBySensors:
+    """Upper bounds for each pair of G targets and P poses, by the number of sensors.
 
-    points: int = 10_000
-    """Gaussians of a field of prices."""
-    steps: int = 120
-    """Most steps towards good prices; 0: the volume bound only."""
-    tilts: int = 160
-    """About the most tilts of rings on a link at which a field is evaluated."""
-    step: float = STEP
-    """Side of the cells in which a field is integrated, in standard deviations of a Gaussian."""
-    voxels: int = 2_000_000
-    """Voxels of the box about a target on which its integrals are computed."""
-    terms: int = 4
-    """Most pairs of target and pose with prices; the others have the volume bound."""
+    The last axis is the number of sensors besides those that stay, from 0; for a given layout it
+    has one entry.
+    """
+
+    scene: Scene
+    by_volume: Float[np.ndarray, "G P N"]
+    """Bounds by the volume of the beams alone."""
+    by_prices: Float[np.ndarray, "G P N"]
+    """Bounds by prices; 1 where none beat the volume."""
+
+    @property
+    def weights(self) -> Float[np.ndarray, "G P"]:
+        """Weight of each pair in the mean."""
+        return np.outer(self.scene.goal_weights, self.scene.pose_weights)
+
+    @property
+    def total(self) -> Float[np.ndarray, " N"]:
+        """Bounds of the criterion over all targets and poses."""
+        each = np.minimum(self.by_volume, self.by_prices)
+        value = np.einsum("gp,gpn->n", self.weights, each)
+        if self.scene.over_poses == "worst":
+            value = np.minimum(value, np.einsum("g,gpn->pn", self.scene.goal_weights, each).min(0))
+        return np.minimum(value, 1.0)
+
+    def lowest(self, other: "BoundsBySensors") -> "BoundsBySensors":
+        """Return the lower of the bounds of two sets of prices."""
+        return replace(self, by_prices=np.minimum(self.by_prices, other.by_prices))
+
+    def terms(self) -> tuple[TermBound, ...]:
+        """Return the bounds of all sensors for at most 64 pairs."""
+        pairs = list(np.ndindex(*self.weights.shape))[:_LISTED]
+        labels = [str(goal.target) for goal in self.scene.targets]
+        each = [(g, p, self.by_volume[g, p, -1], self.by_prices[g, p, -1]) for g, p in pairs]
+        return tuple(TermBound(labels[g], p, float(min(v, c)), v, c) for g, p, v, c in each)
 
 
 def upper_bound(
@@ -90,11 +107,12 @@ def upper_bound(
     aim: Criterion | None = None,
     effort: Effort | None = None,
     tell: Callable[[int, int], None] = lambda done, total: None,
+    reach: float | None = None,
 ) -> CoverageBound | None:
     """Return a bound that no setup of a design space exceeds; None if none is known.
 
     For coverage after the worst loss the bound is that before the loss, which is never lower.
-    ``unboundable`` lists where no bound is known.
+    ``unboundable`` states where no bound is known.
 
     Args:
         scene: robot, poses, targets, rules.
@@ -102,139 +120,66 @@ def upper_bound(
         aim: criterion of the search; by default ζ itself.
         effort: work to spend.
         tell: called with the number of bounded pairs of target and pose, and of all.
+        reach: coverage in [0, 1] for which the fewest sensors are bounded as well, for a space with
+            a number of sensors.
 
     Raises:
         ValueError: for an empty target.
     """
     aim, effort, began = aim or Criterion(), effort or Effort(), time.monotonic()
-    if unboundable(scene, aim) is not None:
+    if unboundable(aim) is not None:
         return None
+    bounds, fewest = _bounds(scene, space, aim, effort, tell), None
+    if reach is not None:
+        held, fewest = space.sensors - space.free, _fewest(space, bounds, reach)
+        for _ in range(_SHARPER):
+            if (before := fewest) >= space.sensors:
+                break
+            # prices for a number may show that it is too small
+            bounds = bounds.lowest(_bounds(scene, space, aim, effort, tell, before - held))
+            if (fewest := _fewest(space, bounds, reach)) == before:
+                break
+        fewest = fewest if fewest > space.totals[0] else None
+    value, seconds = float(bounds.total[-1]), time.monotonic() - began
+    return CoverageBound(value, None, value < NOTHING, fewest, bounds.terms(), seconds)
+
+
+def _bounds(
+    scene: Scene,
+    space: Space,
+    aim: Criterion,
+    effort: Effort,
+    tell: Callable[[int, int], None],
+    sharp: int | None = None,
+) -> BoundsBySensors:
+    """Return the bounds of a space; ``sharp``: number of new sensors for which prices are sought,
+    by default all."""
     weights = np.outer(scene.goal_weights, scene.pose_weights)
     order = np.argsort(-weights, axis=None, kind="stable")
-    priced = set(order[: effort.terms].tolist())
-    terms: list[TermBound] = []
-    for i, (g, p) in enumerate(np.ndindex(*weights.shape)):
-        tell(i, weights.size)
-        if not terms or p != terms[-1].pose:
-            pose = AtPose(scene, space, p, aim.seen)
-        terms.append(pose.bound(g, effort, i in priced))
-    each = np.array([t.value for t in terms]).reshape(weights.shape)
-    value = float((weights * each).sum())
-    if scene.over_poses == "worst":
-        value = min(value, float((scene.goal_weights @ each).min()))
-    value, seconds = min(value, 1.0), time.monotonic() - began
-    return CoverageBound(value, None, value < NOTHING, tuple(terms[:_LISTED]), seconds)
+    priced = np.zeros(weights.size, bool)
+    priced[order[: effort.terms]] = True
+    goals, poses = weights.shape
+    each = list[Float[np.ndarray, "2 N"]]()
+    for p in range(poses):
+        pose = AtPose(scene, space, p, aim.seen, sharp)
+        for g in range(goals):
+            tell(len(each), weights.size)
+            each.append(np.stack(pose.bounds(g, effort, bool(priced[g * poses + p]))))
+    by_volume, by_prices = np.stack(each, axis=1).reshape(2, poses, goals, -1).swapaxes(1, 2)
+    return BoundsBySensors(scene, by_volume, by_prices)
 
 
-def unboundable(scene: Scene, aim: Criterion) -> str | None:
+def _fewest(space: Space, bounds: BoundsBySensors, reach: float) -> int:
+    """Return the fewest sensors, those that stay included, whose bound reaches a coverage; above
+    the sensors of the space the next number that the rules allow."""
+    held, total = space.sensors - space.free, bounds.total
+    enough = [n for n in space.totals if n > space.sensors or total[n - held] >= reach]
+    return enough[0] if enough else space.sensors + 1
+
+
+def unboundable(aim: Criterion) -> str | None:
     """Return what in a search rules out a bound, as text; None if there is one.
 
-    Under mounting errors rings leave their places. Sums over voxels are good enough for named
-    volumes without weights, in a scene without obstacles and attached solids, whose faces may be
-    flat.
+    Under mounting errors rings leave their places.
     """
-    targets = [goal.target for goal in scene.targets]
-    reasons = {
-        "mounting errors": aim.errors is not None,
-        "obstacles": bool(scene.obstacles),
-        "attached solids": bool(scene.robot.attached),
-        "a target volume of your own": not all(t.named for t in targets),
-        "a weight field": any(t.importance is not None for t in targets),
-    }
-    return next((text for text, applies in reasons.items() if applies), None)
-
-
-class AtPose:
-    """The rings and the sensors that stay, at one pose of a scene."""
-
-    def __init__(self, scene: Scene, space: Space, pose: int, seen: int = 1) -> None:
-        """Read the families of a design space; ``seen`` sensors must cover a point."""
-        self.scene, self.pose, self.seen = scene, pose, seen
-        self.families: tuple[Family, ...] = families(space, pose)
-        self.budget = Budget.of(space, self.families)
-        held = Setup(space.fixed, scene.standing)
-        frames = forward(scene.robot.chain, scene.poses[pose].q)
-        self.apex, self.look = sensor_axes(scene.robot, held, frames)
-        self.held: list[Sensor] = [
-            *(ring.sensor for ring in held.rings for _ in range(ring.count)),
-            *(one.sensor for one in held.singles),
-        ]
-
-    def bound(self, goal: int, effort: Effort, priced: bool = True) -> TermBound:
-        """Return the bound for a target; unless ``priced`` by volume only."""
-        target, by_prices = self.scene.targets[goal].target, 1.0
-        grid = TargetGrid.of(self.scene, target, self.pose, effort.voxels)
-        volume = min(self._by_volume(grid) + MARGIN, 1.0)
-        if priced and effort.steps and self._resolved(grid, effort):
-            field = Priced(self, grid, effort)
-            if field.estimate <= volume - _GAIN:
-                by_prices = min(field.bound(effort) + MARGIN, 1.0)
-        return TermBound(str(target), self.pose, min(volume, by_prices), volume, by_prices)
-
-    def _resolved(self, grid: TargetGrid, effort: Effort) -> bool:
-        """Return whether the sums along each beam resolve the prices: not for a beam that is
-        hundreds of times as long as their Gaussians are wide."""
-        sigma = WIDTH * grid.spacing(effort.points)
-        sensors = {f.sensor for f in self.families} | set(self.held)
-        return all(Profile.of(sensor, sigma).resolves(sigma) for sensor in sensors)
-
-    def _by_volume(self, grid: TargetGrid) -> float:
-        values = [
-            np.array(f.counts) * Profile.of(f.sensor).volume / grid.volume for f in self.families
-        ]
-        held = math.fsum(Profile.of(sensor).volume for sensor in self.held) / grid.volume
-        return (self.budget.best(values)[0] + held) / self.seen
-
-
-class Priced:
-    """A field of prices for a target at a pose."""
-
-    def __init__(
-        self,
-        pose: AtPose,
-        grid: TargetGrid,
-        effort: Effort,
-        prices: Float[np.ndarray, " J"] | None = None,
-    ) -> None:
-        """Find prices, or take the given ones, at most 1."""
-        self.pose, self.field = pose, PriceField(grid, effort.points)
-        sensors = {f.sensor for f in pose.families} | set(pose.held)
-        beams = {sensor: BlurredBeam(sensor, self.field.sigma) for sensor in sensors}
-        self.beams = [beams[f.sensor] for f in pose.families]
-        self.standing = np.zeros(len(self.field.held))
-        for sensor, apex, look in zip(pose.held, pose.apex, pose.look, strict=True):
-            mass = shares(beams[sensor], self.field, apex[None], look[None])[0]
-            self.standing += mass * self.field.worth
-        self.prices, self.estimate = (
-            find_prices(
-                pose.families,
-                self.beams,
-                self.field,
-                pose.budget,
-                self.standing,
-                pose.seen,
-                effort.steps,
-            )
-            if prices is None
-            else (prices, 0.0)
-        )
-
-    def bound(self, effort: Effort) -> float:
-        """Return the bound that the prices give, refined within the effort."""
-        pose, fixed = self.pose, self.field.uncollected(self.prices)
-        fixed += float(self.standing @ self.prices) / pose.seen
-        maxima = [
-            RingMaxima(f, b, self.field, self.prices, effort.step)
-            for f, b in zip(pose.families, self.beams, strict=True)
-        ]
-        value, rings = pose.budget.best([m.bound for m in maxima])
-        while True:
-            before = [m.nodes for m in maxima]
-            for f, one in enumerate(maxima):
-                chosen = np.array(sorted({i for g, i in rings if g == f}), int)
-                if len(chosen) and one.nodes < effort.tilts:
-                    one.refine(chosen, min(effort.tilts - one.nodes, 8))
-            if [m.nodes for m in maxima] == before:
-                break
-            value, rings = pose.budget.best([m.bound for m in maxima])
-        return fixed + value / pose.seen
+    return None if aim.errors is None else "mounting errors"

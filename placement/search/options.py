@@ -62,9 +62,9 @@ class SearchOptions(Options):
     """With ``tolerant``: largest error in the direction of a ring and of each sensor, in degrees.
     Default: 2."""
     gap: bool = False
-    """Also compute an upper bound on what any layout within the same budget and rules could cover;
-    takes about a minute more. Not with ``tolerant``, obstacles, attached solids, weight fields or
-    volumes of your own."""
+    """Also compute an upper bound on what any layout within the same budget and rules could cover,
+    and with ``reach`` the fewest sensors that any layout needs; takes some minutes more. Refused
+    where it would say nothing. Not with ``tolerant``."""
     device: Device = "auto"
     """Use an accelerator where JAX finds one (auto), demand one (gpu), or do without (cpu). It
     serves searches of rings with given links and counts, for at most four pairs of a

@@ -12,6 +12,7 @@ from ...objectives.scene import Scene
 from ...objectives.separation_summary import Separations
 from ...objectives.verified import CalibrationEffect, Verified
 from ...placement.bound.coverage_bound import CoverageBound
+from ...placement.search.result import Reach
 from ..tables import percent, target_label
 
 
@@ -52,6 +53,18 @@ def gap_line(bound: CoverageBound | None) -> str | None:
         f" and rules covers more than {100 * bound.value:.2f} %, wherever its rings sit"
         f" ({bound.seconds:.0f} s)."
     )
+
+
+def fewest_sensors_line(bound: CoverageBound | None, reach: Reach | None) -> str | None:
+    """Return how many sensors any layout needs; None without a bound or a coverage to reach."""
+    if bound is None or bound.value is None or reach is None:
+        return None
+    wanted = f"{100 * reach.wanted:g} %"
+    if (fewest := bound.fewest_sensors) is None:
+        return f"The bound says nothing of the fewest sensors for {wanted}."
+    enough = [one.sensors for one in reach.tried if one.reached]
+    found = f"; the search found {min(enough)}" if enough else ""
+    return f"No layout of fewer than {fewest} sensors reaches {wanted}{found}."
 
 
 def worst_line(result: Verified) -> str | None:
