@@ -44,7 +44,8 @@ def cell_shares(
             at = rows(points, cell)
             union = parts.shares(CubePairs(at, cell, index, cubes, side, slack))
         unions.append(union)
-    return fold(solid, unions, LOGIC)
+    share: VolumeFraction = fold(solid, unions, LOGIC)
+    return share
 
 
 @dataclass(frozen=True)

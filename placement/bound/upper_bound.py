@@ -78,7 +78,7 @@ class BoundsBySensors:
     @property
     def weights(self) -> Float[np.ndarray, "G P"]:
         """Weight of each pair in the mean."""
-        return np.outer(self.scene.goal_weights, self.scene.pose_weights)
+        return np.asarray(np.outer(self.scene.goal_weights, self.scene.pose_weights))
 
     @property
     def total(self) -> Float[np.ndarray, " N"]:
@@ -87,7 +87,8 @@ class BoundsBySensors:
         value = np.einsum("gp,gpn->n", self.weights, each)
         if self.scene.over_poses == "worst":
             value = np.minimum(value, np.einsum("g,gpn->pn", self.scene.goal_weights, each).min(0))
-        return np.minimum(value, 1.0)
+        capped: np.ndarray = np.minimum(value, 1.0)
+        return capped
 
     def lowest(self, other: "BoundsBySensors") -> "BoundsBySensors":
         """Return the lower of the bounds of two sets of prices."""
@@ -133,8 +134,8 @@ def upper_bound(
     if reach is not None:
         held, fewest = space.sensors - space.free, _fewest(space, bounds, reach)
         for _ in range(_SHARPER):
-            if (before := fewest) >= space.sensors:
-                break
+            if (before := fewest) >= space.sensors or not (bounds.by_prices < 1).any():
+                break  # for fewer sensors the volume bound is even harder to beat
             # prices for a number may show that it is too small
             bounds = bounds.lowest(_bounds(scene, space, aim, effort, tell, before - held))
             if (fewest := _fewest(space, bounds, reach)) == before:

@@ -31,6 +31,7 @@ from place_rings.objectives.reach import beyond_sensors
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.bound.blurred_beam import STEEPEST, BlurredBeam, Profile
+from place_rings.placement.bound.coverage_bound import CoverageBound
 from place_rings.placement.bound.families import Budget, families
 from place_rings.placement.bound.forecast import says_nothing
 from place_rings.placement.bound.link_cylinder import LinkCylinder
@@ -40,10 +41,11 @@ from place_rings.placement.bound.ring_values import RingMaxima, RingSums, shares
 from place_rings.placement.bound.upper_bound import upper_bound
 from place_rings.placement.search import search as searching
 from place_rings.placement.search import several_searches as several
+from place_rings.placement.search.result import Reach, SensorsTried
 from place_rings.placement.search.schedule import Round
 from place_rings.placement.space.design import Space
 from place_rings.placement.space.starts import fresh
-from place_rings.reporting.lines.results import reach_lines
+from place_rings.reporting.lines.results import fewest_sensors_line, reach_lines
 from scipy.ndimage import map_coordinates
 
 from ..support import drawing
@@ -394,7 +396,8 @@ def test_several_poses_targets_and_sensors_have_bounds():
     space, volume = Space(scene, sensors=12), replace(QUICK, steps=0)
     setup, verifier = drawn(space, 3), Verifier(scene, 0.05)
     bound = upper_bound(scene, space, effort=QUICK)
-    assert [(t.goal, t.pose) for t in bound.terms] == [(0, 0), (0, 1), (1, 0), (1, 1)]
+    pairs = [(t.target, t.pose) for t in bound.terms]
+    assert pairs == [("V_S(0.5)", 0), ("V_S(0.5)", 1), ("V_O", 0), ("V_O", 1)]
     by_volume = [
         upper_bound(scene, space, c, volume).value for c in (None, Criterion(losing="ring"))
     ]
@@ -495,6 +498,16 @@ def test_the_command_states_the_gap_and_what_no_sensor_reaches(run, tmp_path, mo
     assert gap["gap_points"] > -1  # voxels of 0.1 m
     assert gap["terms"][0]["target"] == "V_S(2)"
     assert found["bound_percent"] == pytest.approx(gap["bound_percent"], abs=0.01)
+
+
+def test_the_line_about_the_fewest_sensors_states_both_ends():
+    tried = tuple(SensorsTried(n, 0.3, n > 35) for n in (24, 36, 38))
+    reach = Reach(wanted=0.3, reached=True, tried=tried)
+    line = fewest_sensors_line(CoverageBound(0.3, 0.0, fewest_sensors=34), reach)
+    assert [n in line for n in ("34", "36", "38", "30 %")] == [True, True, False, True]
+    assert "34" not in (fewest_sensors_line(CoverageBound(0.3, 0.0), reach) or "34")
+    assert fewest_sensors_line(None, reach) is None
+    assert fewest_sensors_line(CoverageBound(), reach) is None
 
 
 @pytest.mark.parametrize("kind", ["errors", "many", "reach"])
