@@ -91,7 +91,7 @@ def _slopes(filled: Float[np.ndarray, " J"], width: float) -> Float[np.ndarray, 
 
 
 @dataclass(frozen=True)
-class Prices:
+class FoundPrices:
     """Prices, and how low bounds by prices can be."""
 
     values: Float[np.ndarray, " J"]
@@ -166,7 +166,7 @@ def find_prices(
     seen: int,
     steps: int,
     enough: float = math.inf,
-) -> Prices:
+) -> FoundPrices:
     """Return prices whose bound on a grid of rings is the lowest.
 
     Args:
@@ -201,4 +201,4 @@ def find_prices(
         for _ in range(_CORRECTIONS):
             mixture.correct(width)
         width = max(width * _NARROWING, _WIDTHS[1])
-    return Prices(best, least, mixture.covered)
+    return FoundPrices(best, least, mixture.covered)

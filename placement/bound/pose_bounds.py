@@ -14,7 +14,7 @@ from ...objectives.scene import Scene
 from ..space.design import Space
 from .blurred_beam import BlurredBeam, Profile
 from .families import Budget, Family, families
-from .multipliers import Prices, find_prices
+from .multipliers import FoundPrices, find_prices
 from .price_field import WIDTH, PriceField, TargetGrid
 from .ring_values import STEP, RingMaxima, shares
 
@@ -131,7 +131,7 @@ class Priced:
             mass = shares(beams[sensor], self.field, apex[None], look[None])[0]
             self.standing += np.minimum(mass * self.field.worth, self.field.held)
         self.prices = (
-            Prices(prices, 0.0, 0.0)
+            FoundPrices(prices, 0.0, 0.0)
             if prices is not None
             else find_prices(
                 pose.families,
