@@ -7,12 +7,12 @@ Of a cube that a round body cuts, the share in the body is at least that in a ba
 and at most that in any half-space that holds the body. Of a half-space it has a closed form.
 """
 
-import json
 import sys
 from functools import reduce
 
 import numpy as np
-from shapes import Capsules, Cones, Polyhedra, Shadows, dot, norm, pyramids, unit, vectors
+from shapes import Capsules, Cones, Polyhedra, Shadows, dot, norm, pyramids, unit
+from statement import numbers, stated, units, vectors
 
 EPS, ROUNDING = 1e-9, 1e-7  # m, and of a share: more than the rounding of what follows
 LEVELS, CHUNK = 21, 512  # halvings from all space to the smallest cube; cubes at once
@@ -89,7 +89,7 @@ def shares(body, i, x, s):
 def meeting(body, count, c, s):
     """All pairs of a cube and of those bodies that come near to any of the cubes."""
     middle, each = (c.min(0) + c.max(0)) / 2, np.arange(count)
-    near = each[body.value(each, np.tile(middle, (count, 1))) <= (norm(c - middle) + s).max()]
+    near = each[body.value(each, np.tile(middle, (count, 1))) <= (norm(c - middle) + s).max() + EPS]
     return np.repeat(np.arange(len(c)), len(near)), np.tile(near, len(c))
 
 
@@ -127,7 +127,9 @@ def bodies(body, count, c, s):
 def tube(discs, normal, radius, first, c, s):
     """The same in slabs within a radius of segments, in which the signs of two discs' planes
     differ."""
-    (discs, normal), first = vectors(discs, normal), np.array(first)
+    (discs, _), (normal,), first = vectors(discs, normal), units(normal), np.array(first)
+    if first.dtype.kind != "i" or (first < 0).any():
+        raise ValueError("found slabs between no discs")
     body = Capsules(discs[first], discs[first + 1], np.full(len(first), float(radius)))
     cell, i = meeting(body, len(first), c, s)
     if not len(cell):
@@ -143,7 +145,9 @@ def tube(discs, normal, radius, first, c, s):
     signs = [(low == 1).astype(int) - (high == 0) for low, high in (behind, before)]
     best, last = np.full(len(c), -FULL), -9
     run = {1: best, -1: best}
-    for slab, near, start, stop in zip(*(y.reshape(len(c), -1).T for y in (i, inner, *signs))):
+    for slab, near, start, stop in zip(
+        *(y.reshape(len(c), -1).T for y in (first[i], inner, *signs))
+    ):
         for sign in (1, -1):
             held = run[sign] if slab[0] == last + 1 else -FULL
             run[sign] = np.minimum(near, np.where(start == sign, FULL, held))
@@ -163,17 +167,21 @@ def solid(node, c, s):
     if kind == "polyhedra":
         return bodies(Polyhedra(**value), len(value["offset"]), c, s)
     a, b = (solid(x, c, s) for x in value)
+    if kind == "intersection":
+        return both(a, b)
+    if kind == "difference":
+        return both(a, without(b))
     if kind == "union":
         return without(both(without(a), without(b)))
-    return both(a, without(b) if kind == "difference" else b)
+    raise ValueError(f"found a shape {kind!r}")
 
 
 class Sight:
     """What sensors see past capsules and polyhedra."""
 
     def __init__(self, cones, pyramid, capsules, polyhedra):
-        blocks, self.beams = Polyhedra(**polyhedra), []
-        ends = list(zip(*(capsules[key] for key in ("start", "end", "radius"))))
+        blocks, body, self.beams = Polyhedra(**polyhedra), Capsules(**capsules), []
+        ends = list(zip(body.a, body.b, body.r))
         for beams, (apex,) in (
             (Cones(**cones), vectors(cones["apex"])),
             (pyramids(**pyramid), vectors(pyramid["apex"])),
@@ -205,8 +213,8 @@ class Sight:
 
 def cubes(level, side):
     """Middles and sides, m, of cubes that fill all space in order of their Morton keys."""
-    if level.max() > LEVELS:
-        raise ValueError("a cube is larger than all space")
+    if level.ndim != 1 or level.min() < 0 or level.max() > LEVELS:
+        raise ValueError("found levels that are none")
     size = np.array([8**k for k in range(LEVELS + 1)], np.uint64)[level]
     key = np.cumsum(size) - size
     if (key % size).any() or sum(map(int, size)) != 8**LEVELS:
@@ -217,9 +225,19 @@ def cubes(level, side):
     return side * (np.stack(at, -1) - 2.0 ** (LEVELS - 1)) + sides[:, None] / 2, sides
 
 
+def beyond(side):
+    """Middles and sides of cubes around those cubes, in shells of growing size."""
+    at = np.array([k for k in np.ndindex(6, 6, 6) if not set(k) <= {2, 3}]) - 2.5
+    for size in side * 2.0 ** (LEVELS - 1) * 3.0 ** np.arange(30):
+        yield at * size, np.full(len(at), size)
+
+
 def interval(item, level, claim, by):
     """Return the bounds of coverage of one target at one pose."""
-    middle, side = cubes(level.astype(int), item["unit"])
+    unit_side = float(numbers(item["unit"], 1e-9, 1))
+    middle, side = cubes(level.astype(int), unit_side)
+    if any(solid(item["target"], *shell)[1].any() for shell in beyond(unit_side)):
+        raise ValueError("the target reaches beyond the cubes")
     sight, total = Sight(**item["sensors"]), np.zeros(4)
     for k in range(0, len(side), CHUNK):
         c, s, said = (a[k : k + CHUNK] for a in (middle, side, claim))
@@ -241,16 +259,16 @@ def interval(item, level, claim, by):
 
 def main(path):
     with np.load(path, allow_pickle=False) as file:
-        said, names = json.loads(str(file["statement"])), ("level", "claim", "by")
-        cells = [[file[f"{name}_{k}"] for name in names] for k in range(len(said["items"]))]
+        said, names = stated(str(file["statement"])), ("level", "claim", "by")
+        items = said["items"]
+        cells = [[file[f"{name}_{k}"] for name in names] for k in range(len(items))]
     for target, (least, most) in said["coverage"].items():
-        of = [k for k, item in enumerate(said["items"]) if item["name"] == target]
-        weights = [said["items"][k]["weight"] for k in of]
-        if min(weights) < 0 or abs(sum(weights) - 1) > EPS:
-            raise ValueError(f"{target}: the weights of its poses do not add up to 1")
-        each = [w * interval(said["items"][k], *cells[k]) for w, k in zip(weights, of)]
+        of = [k for k, item in enumerate(items) if item["name"] == target]
+        weights = [items[k]["weight"] for k in of]
+        each = [w * interval(items[k], *cells[k]) for w, k in zip(weights, of)]
         low, high = sum(each) + np.array([-1e-12, 1e-12])
-        shown = f"{target}: {100 * low:.4f} to {100 * high:.4f} % proven"
+        ends = np.floor(1e6 * low) / 1e4, np.ceil(1e6 * high) / 1e4
+        shown = f"{target}: {ends[0]:.4f} to {ends[1]:.4f} % proven"
         if not least <= low <= high <= most:
             raise ValueError(f"{shown}, stated {100 * least:.4f} to {100 * most:.4f} %")
         print(f"{shown}, within the stated {100 * least:.4f} to {100 * most:.4f} %")
@@ -259,5 +277,5 @@ def main(path):
 if __name__ == "__main__":
     try:
         main(*sys.argv[1:])
-    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
-        sys.exit(f"refused: {error}")
+    except Exception as error:  # whatever is wrong with a file, it is no proof
+        sys.exit(f"refused: {type(error).__name__}: {error}")

@@ -6,6 +6,7 @@ are directions, and no point p of the body within h of x has n . p above ``furth
 """
 
 import numpy as np
+from statement import RIGHT, numbers, sizes, units, vectors
 
 
 def dot(a, b):
@@ -20,15 +21,12 @@ def unit(a):
     return a / np.maximum(norm(a), 1e-12)[..., None]
 
 
-def vectors(*arrays):
-    return (np.reshape(np.array(a, float), (-1, 3)) for a in arrays)
-
-
 class Capsules:
     """Points within a radius of segments."""
 
     def __init__(self, start, end, radius):
-        (self.a, self.b), self.r = vectors(start, end), np.array(radius, float)
+        self.a, self.b = vectors(start, end)
+        self.r = sizes(radius, len(self.a))
 
     def value(self, i, x):
         return norm(x - self.ball(i, x)[0]) - self.r[i]
@@ -96,8 +94,8 @@ class Cones:
     """Cones with flat ends, by half angles and lengths along the axis."""
 
     def __init__(self, apex, axis, half, length):
-        self.apex, self.axis = vectors(apex, axis)
-        self.h, self.r = np.array(half, float), np.array(length, float)
+        (self.apex, _), (self.axis,) = vectors(apex, axis), units(axis)
+        self.h, self.r = sizes(half, len(self.apex), RIGHT), sizes(length, len(self.apex))
 
     def place(self, i, x):
         d = dot(x - self.apex[i], self.axis[i])
@@ -116,7 +114,7 @@ class Cones:
 
     def furthest(self, i, n, x, h):
         d = dot(n, self.axis[i])
-        rim = d + np.sqrt(np.maximum(1 - d * d, 0)) * np.tan(self.h[i])
+        rim = d + norm(n - d[..., None] * self.axis[i]) * np.tan(self.h[i])
         return dot(n, self.apex[i]) + np.maximum(self.r[i] * rim, 0)
 
 
@@ -126,8 +124,11 @@ class Polyhedra:
     def __init__(self, normal, offset):
         self.n = np.zeros((len(offset), max(map(len, offset), default=1), 3))
         self.d = np.full(self.n.shape[:2], 1e6)  # of planes that only fill the array
-        for k, (n, d) in enumerate(zip(normal, offset)):
-            size = norm(np.array(n))
+        for k, (n, d) in enumerate(zip(normal, offset, strict=True)):
+            (n,), d = vectors(n), numbers(d)
+            size = norm(n)
+            if d.shape != size.shape or not (size > 1e-3).all():
+                raise ValueError("found a plane without a normal")
             self.n[k, : len(d)], self.d[k, : len(d)] = n / size[:, None], d / size
 
     def value(self, i, x):
@@ -135,20 +136,26 @@ class Polyhedra:
 
     def shadow(self, k, apex):
         """The planes of all apex + s (p - apex) with p in body k and s >= 1; s is eliminated."""
-        n, d = self.n[k][self.d[k] < 1e6], self.d[k][self.d[k] < 1e6]
+        real = norm(self.n[k]) > 0
+        n, d = self.n[k][real], self.d[k][real]
         past = n @ apex - d
-        if not (past > 0).any():
+        if not (past > 1e-6).any():
             raise ValueError("a sensor lies in an obstacle")
         i, j = np.nonzero((past[:, None] > 0) & (past <= 0))
-        edge = past[i, None] * n[j] - past[j, None] * n[i]
-        edge = edge[norm(edge) > 1e-9]
+        part = (past[i] / (past[i] - past[j]))[:, None]
+        edge = part * n[j] + (1 - part) * n[i]
+        thick = norm(edge) > 1e-9  # planes back to back hide nothing more, unless they are crossed
+        if (d[i] + d[j] < 0)[~thick].any():
+            raise ValueError("found an obstacle without a place in it")
+        edge = unit(edge[thick])
         return np.vstack([n[past > 0], edge]), np.append(d[past > 0], edge @ apex)
 
 
 def pyramids(apex, axis, up, half, half_up, length):
     """Pyramids with flat ends: a plane across the axis, and four through the apex."""
-    normal, offset = [], []
-    for p, a, u, r, *angles in zip(*map(np.array, (apex, axis, up, length, half, half_up))):
+    (apex, _), (axis, up), normal, offset = vectors(apex, axis), units(axis, up), [], []
+    half, half_up = (sizes(h, len(apex), RIGHT) for h in (half, half_up))
+    for p, a, u, r, *angles in zip(apex, axis, up, sizes(length, len(apex)), half, half_up):
         ways = [(sign * w, h) for w, h in zip((np.cross(u, a), u), angles) for sign in (1, -1)]
         normal.append([a, *(np.cos(h) * w - np.sin(h) * a for w, h in ways)])
         offset.append(np.array(normal[-1]) @ p + [r, 0, 0, 0, 0])

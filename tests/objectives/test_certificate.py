@@ -2,6 +2,7 @@
 with the package."""
 
 import json
+import math
 import subprocess
 import sys
 from collections.abc import Callable
@@ -131,6 +132,65 @@ def _other_sensor(file: File) -> None:
     file["by_0"][k] = (file["by_0"][k] + 4) % 24
 
 
+def _levels_below_none(file: File) -> None:
+    level = file["level_0"].astype(int)
+    file["level_0"] = np.where(level >= 12, level - 22, level)  # so as an index wraps around
+
+
+def _twice(file: File) -> None:
+    def change(statement: Any) -> None:
+        statement["items"] = [item | {"weight": 0.5} for item in 2 * statement["items"]]
+
+    _statement(change)(file)
+    file.update({f"{key}_1": file[f"{key}_0"] for key in ("level", "claim", "by")})
+
+
+def _more_elsewhere(statement: Any) -> None:
+    """Add a part of the target beyond all cubes."""
+    ball = {"capsules": {"start": [[99, 0, 0]], "end": [[99, 0, 0]], "radius": [50]}}
+    item = statement["items"][0]
+    item["target"] = {"union": [item["target"], ball]}
+
+
+def _one_more(half: float, length: float) -> Callable[[Any], None]:
+    def change(statement: Any) -> None:
+        cones = statement["items"][0]["sensors"]["cones"]
+        for key, value in (("apex", [9, 9, 9]), ("axis", [0, 0, 1])):
+            cones[key].append(value)
+        cones["half"].append(half)
+        cones["length"].append(length)
+
+    return change
+
+
+def _longer_axes(statement: Any) -> None:
+    cones = statement["items"][0]["sensors"]["cones"]
+    cones["axis"] = [[1.0005 * v for v in axis] for axis in cones["axis"]]
+
+
+def _slab_from_the_end(statement: Any) -> None:
+    def tubes(node: Any) -> Any:
+        for key, value in node.items():
+            if key == "tube":
+                yield value
+            elif isinstance(value, list):
+                for part in value:
+                    yield from tubes(part)
+
+    for tube in tubes(statement["items"][0]["target"]):
+        tube["first"][0] -= len(tube["discs"])
+
+
+def _renamed(statement: Any) -> None:
+    name = "V_S(0.5): 99.0000 to 99.9000 % proven\nx"
+    statement["coverage"] = dict.fromkeys([name], *statement["coverage"].values())
+    statement["items"][0]["name"] = name
+
+
+def _key_twice(file: File) -> None:
+    file["statement"] = np.array('{"occlusion": "ignore", ' + str(file["statement"])[1:])
+
+
 TAMPERED: dict[str, Callable[[File], None]] = {
     "a higher lower end": _statement(_more),
     "a lower upper end": _statement(_less),
@@ -142,6 +202,18 @@ TAMPERED: dict[str, Callable[[File], None]] = {
     "an uncovered cell as covered": _open_as_covered,
     "a covered cell as outside": _inside_as_outside,
     "another sensor": _other_sensor,
+    "levels that wrap around": _levels_below_none,
+    "a part of the target beyond the cubes": _statement(_more_elsewhere),
+    "a pose twice": _twice,
+    "a half angle above 90 degrees": _statement(_one_more(2.0, 0.01)),
+    "a negative length": _statement(_one_more(0.1, -1.0)),
+    "a length that is no number": _statement(_one_more(0.1, math.nan)),
+    "axes that are no unit vectors": _statement(_longer_axes),
+    "a slab before the first disc": _statement(_slab_from_the_end),
+    "no coverage": _statement(lambda statement: statement["coverage"].clear()),
+    "another version": _statement(lambda statement: statement.update(certificate=2)),
+    "a name that states a result": _statement(_renamed),
+    "a key twice": _key_twice,
 }
 
 
@@ -182,3 +254,18 @@ def test_what_certificates_do_not_describe_is_refused_before_the_work(
 def test_certificate_needs_the_rule_certified(tmp_path: Path) -> None:
     with pytest.raises(pr.InputError, match="certificate"):
         pr.verify("n1_8_0", voxel=0.1, certificate=tmp_path / "proof.npz")
+
+
+def test_slabs_that_do_not_follow_each_other_hold_nothing_between_them() -> None:
+    code = """
+import numpy as np, check
+discs = [[x, 0, 0] for x in (-0.3, -0.2, 0.2, 0.3)]
+cube = np.zeros((1, 3)), np.array([0.1])
+for first in ([0, 2], [0, 1, 2]):
+    low, high = check.tube(discs, [[1, 0, 0]] * 4, 1.0, first, *cube)
+    print(low[0], high[0])
+"""
+    run = subprocess.run(
+        [sys.executable, "-c", code], cwd=CHECK.parent, capture_output=True, text=True, check=True
+    )
+    assert run.stdout.split() == ["0.0", "0.0", "1.0", "1.0"]
