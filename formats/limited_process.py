@@ -6,8 +6,12 @@ import subprocess
 import sys
 from contextlib import suppress
 
+MOST_S = 120
+"""Time until a reader has to end, s. It limits its processor time itself; this ends one that waits,
+and leaves room on a machine that does much else."""
 
-def answer_of(module: str, *arguments: str, data: bytes = b"", seconds: int = 20) -> bytes:
+
+def answer_of(module: str, *arguments: str, data: bytes = b"", seconds: int = MOST_S) -> bytes:
     """Return what a module writes to stdout, or a line that states why it wrote nothing.
 
     Args:
