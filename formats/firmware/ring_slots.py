@@ -15,9 +15,7 @@ from ...coverage.electronics.ring_bus import LEAST_HZ, transfer_s
 from ...coverage.rings.ring import Setup
 from ...objectives.firing.schedule import FiringGroup, FiringSchedule
 
-SYNC_S = 0.0002
-"""Largest difference of two rings' clocks in a cycle, s: the interrupt of the edge, and crystals
-that differ by 100 ppm over up to a second."""
+_EDGES_US, _CRYSTALS = 100, 1e-4  # interrupts of an edge on two rings; difference of their crystals
 _COMMAND = 36  # bytes at most that start a ranging, with addresses and a channel's selection
 _SETTLE_S = 0.3  # s that a check lets the robot stand before readings count
 
@@ -49,9 +47,15 @@ class RingSlots:
         return len(self.rings) > 1
 
     @property
+    def sync_us(self) -> int:
+        """Largest difference of two rings' clocks in a cycle, µs: the interrupts of the edge, and
+        crystals that differ by 100 ppm over the cycle, or over a second if that is longer."""
+        return _EDGES_US + math.ceil(_CRYSTALS * max(self.cycle_us, 1_000_000))
+
+    @property
     def latest_us(self) -> tuple[int, ...]:
         """Latest time in each slot at which a ranging may start, µs."""
-        needed = self.ranging_us + self.command_us + round(1e6 * SYNC_S)
+        needed = self.ranging_us + self.command_us + self.sync_us
         return tuple(end - needed for end in self.ends_us)
 
     @property

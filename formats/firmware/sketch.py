@@ -7,7 +7,6 @@ from importlib.resources import files
 
 from ...coverage.electronics.bus_load import CABLE_PF_M, MOST_MA, MOST_PF, RISE_NS
 from ...coverage.electronics.ring_bus import CHANNELS, BusSegment
-from .ring_slots import SYNC_S
 from .wiring import FEED_V, FIRST_MULTIPLEXER, RingWiring, address_pads, safe_name
 
 _FOLDER = "place_rings_ring"
@@ -89,7 +88,7 @@ def _slots(wiring: RingWiring) -> list[str]:
     clock = [] if wiring.clock is None else [f"const uint8_t CLOCK_PIN = {wiring.clock};"]
     return [
         *clock,
-        f"const uint32_t CYCLE_US = {slots.cycle_us}, SYNC_US = {round(1e6 * SYNC_S)};",
+        f"const uint32_t CYCLE_US = {slots.cycle_us}, SYNC_US = {slots.sync_us};",
         f"const uint32_t RANGING_MS = {slots.ranging_us // 1000};",
         "// Beginning of each slot from that of a cycle, latest start in it, and its end.",
         f"const uint32_t SLOT_US[RING_SLOTS] = {_array(slots.starts_us)};",

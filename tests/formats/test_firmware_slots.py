@@ -21,7 +21,7 @@ from place_rings.rig.rings.protocol import Status
 from place_rings.rig.session.stop_conditions import RingWatch, StopRules
 
 from ..support.simulated_firmware import CODES, COMPILER, build_files
-from ..support.simulated_slots import run_rings
+from ..support.simulated_slots import EDGE_US, BoardClock, run_rings
 
 COMPILED = pytest.mark.skipif(COMPILER is None, reason="no C++ compiler")
 PICO = pr.Electronics(controller="pico")
@@ -195,3 +195,21 @@ def test_latest_starts_leave_room_for_ranging_on_any_clock():
             assert start < latest < end - slots.ranging_us
         ends = [*slots.starts_us[1:], slots.cycle_us]
         assert all(a <= b for a, b in zip(slots.ends_us, ends, strict=True))
+
+
+@COMPILED
+def test_a_long_cycle_allows_for_clocks_that_differ_by_more():
+    """Over four seconds, crystals 100 ppm apart differ by 0.4 ms."""
+    schedule, wirings = scheduled(facing_rings("vl53l1x"))
+    wirings = {
+        i: replace(wiring, slots=replace(wiring.slots, cycle_us=4_000_000))
+        for i, wiring in wirings.items()
+    }
+    for slots in (wiring.slots for wiring in wirings.values()):
+        assert slots.sync_us >= 2 * EDGE_US + 1e-4 * slots.cycle_us
+        for start, latest in zip(slots.starts_us, slots.latest_us, strict=True):
+            assert start < latest
+    clocks = {0: BoardClock(0.1, 5e-5), 1: BoardClock(0.2, -5e-5)}
+    ran = run_rings(wirings, np.random.default_rng(0), 9, clocks=clocks)
+    assert together(ran.light, conflicts(schedule)) == []
+    assert all((spans[:, 0] > BEGUN).any() for spans in ran.light.values())

@@ -48,11 +48,15 @@ def run_rings(
     programs: Mapping[int, Path] = {},
     drop: float = 0.0,
     edges_until: float = np.inf,
+    clocks: Mapping[int, BoardClock] | None = None,
 ) -> SlottedRun:
     """Run the sketches of rings by their numbers; all but the leaders of their groups hear the
     edges of their leader's clock line, within ``EDGE_US``, on clocks up to 100 ppm apart; of these
-    edges a share ``drop`` is missing, and all from ``edges_until``, s, on."""
-    clocks = {i: BoardClock(rng.uniform(0, 0.5), rng.uniform(-5e-5, 5e-5)) for i in wirings}
+    edges a share ``drop`` is missing, and all from ``edges_until``, s, on. ``clocks`` take
+    the place of random ones."""
+    clocks = clocks or {
+        i: BoardClock(rng.uniform(0, 0.5), rng.uniform(-5e-5, 5e-5)) for i in wirings
+    }
     edges, light, runs = {}, {}, {}
     for i in sorted(wirings, key=lambda i: not (wirings[i].slots and wirings[i].slots.leads)):
         wiring, slots = wirings[i], wirings[i].slots
