@@ -59,6 +59,9 @@ class ExportCall(ExportOptions, SetupCall):
             if kind not in kinds and (given := getattr(self, name)) not in (None, False, 0):
                 line = f"found {shown(given)}, allowed: only with to {kind}"
                 raise InputError(line, name, others=("to",))
+        if self.xacro_args and self.urdf is None:
+            line = f"found {shown(next(iter(self.xacro_args)))}, allowed: only with urdf"
+            raise InputError(line, "xacro_args", others=("urdf",))
         return kinds
 
 

@@ -504,3 +504,10 @@ def test_an_option_that_no_chosen_format_has_is_refused(tmp_path, option, value)
         pr.export("n1_4_0", to=("csv", "json"), folder=tmp_path / "out", **{option: value})
     assert error.value.argument == option
     assert not (tmp_path / "out").exists()
+
+
+def test_arguments_of_a_xacro_file_without_one_are_refused(tmp_path):
+    with pytest.raises(pr.InputError) as error:
+        pr.export("n1_4_0", to="csv", folder=tmp_path / "out", xacro_args={"name": "ur10"})
+    assert error.value.argument == "xacro_args"
+    assert not (tmp_path / "out").exists()
