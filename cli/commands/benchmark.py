@@ -37,8 +37,8 @@ def benchmark(
     """List the questions of the benchmark, write their scenes, or score your answers.
 
     An answer is a setup of rings with at most the question's number of sensors. Its value is the
-    coverage in percent, counted in voxels of 1 cm, beside an interval that is proven to hold it; it
-    is judged against all rules. The exit code is 1 if an answer breaks one.
+    coverage in percent, counted in voxels of 1 cm, beside an interval that is proven to hold the
+    exact share; it is judged against all rules. The exit code is 1 if an answer breaks one.
 
     For example:
 

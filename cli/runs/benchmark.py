@@ -87,7 +87,7 @@ def score(name: str | None, path: Path, out: Path | None, as_json: bool) -> int:
             about, setup, found = scored_file(question, file)
             scores.append(found)
             bar.advance(task)
-            if out is not None and not setup.singles:
+            if out is not None and not found.broken:
                 written[f"{question.name}.csv"] = entry_csv(about, setup, question.scene)
     for file_name, text in written.items():
         write_text(output_folder(out or path) / file_name, text)
@@ -97,7 +97,7 @@ def score(name: str | None, path: Path, out: Path | None, as_json: bool) -> int:
     else:
         _print(scores, folder=path.is_dir())
         if out is not None:
-            Terminal().lines(f"{out}: {', '.join(written) or 'no answer in rings'}")
+            Terminal().lines(f"{out}: {', '.join(written) or 'no answer that keeps the rules'}")
     return int(any(found.broken for found in scores))
 
 
@@ -105,18 +105,23 @@ def _answers(name: str | None, path: Path) -> Iterator[tuple[Question, Path]]:
     """Yield the answers in a file or a folder with their questions.
 
     Raises:
-        UserError: if there is none, or a file belongs to no question.
+        UserError: if there is none, a file belongs to no question, or two to one.
     """
     if not path.is_dir():
-        stated = read_head(path).question if name is None and path.suffix == ".csv" else None
+        has_head = name is None and path.suffix.lower() == ".csv"
+        stated = read_head(path).question if has_head else None
         yield question_named(name or stated or path.stem, "QUESTION" if name else str(path)), path
         return
     if name is not None:
         raise UserError(f"--score {path}: found a folder with QUESTION, allowed: a file")
-    files = sorted(file for file in path.iterdir() if file.suffix in _FILES)
+    files = sorted(file for file in path.iterdir() if file.suffix.lower() in _FILES)
     if not files:
         raise UserError(f"--score {path}: found no file, allowed: QUESTION.csv for each answer")
-    for file in files:
+    for i, file in enumerate(files):
+        if i and file.stem == files[i - 1].stem:
+            raise UserError(
+                f"{file}: found a second answer beside {files[i - 1].name}, allowed: one"
+            )
         yield question_named(file.stem, str(file)), file
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import tomli_w
 from pydantic import Field
 
@@ -15,8 +16,9 @@ from ...coverage.definitions.definition import adapter, definition, fields_of
 from ...coverage.definitions.errors import UserError, key_path, shown, unusable
 from ...coverage.definitions.field_types import Text
 from ...coverage.rings.ring import Ring, Setup
-from ...coverage.rings.rounding import setup_faults, table_of
+from ...coverage.rings.rounding import rounded, setup_faults, table_of
 from ...coverage.rings.surface_lift import lift_to_surface
+from ...coverage.sensors.sensor import Sensor
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.named_layouts import ring_radii
 from ...objectives.scene import Scene
@@ -56,6 +58,10 @@ class RingRow:
 
 
 COLUMNS = fields_of(RingRow)
+RADIUS_M = 1e-4
+"""By how much a file may round a ring's radius, m."""
+_BEAM = 1e-6  # m and rad, by which it may round a beam
+_MOST = 1000  # rings
 
 
 def read_head(path: Path) -> EntryModel:
@@ -71,14 +77,16 @@ def read_entry(path: Path, scene: Scene) -> tuple[EntryModel, Setup]:
     """Return what an answer states about itself, and its setup in the scene of its question.
 
     The answer is a CSV of rings, a CSV of sensors as ``place-rings cones`` prints it, a layout in
-    CSV, or any other file with a setup that commands read.
+    CSV, or any other file with a setup that commands read. A ring whose radius and beam are those
+    of the scene has the scene's own, whatever else the file states of it.
 
     Raises:
         UserError: if the file is not usable, or does not fit the scene's robot.
     """
     name = str(path)
+    radii = ring_radii(scene, MountClearance(scene) if scene.real else None)
     if path.suffix.lower() != ".csv":
-        return EntryModel(), resolve(name, scene)[0]
+        return EntryModel(), _of_scene(resolve(name, scene)[0], scene, radii)
     text = read_text(path, "CSV")
     columns = columns_of(text)
     if {"name", "axis_x"} <= columns:
@@ -87,11 +95,13 @@ def read_entry(path: Path, scene: Scene) -> tuple[EntryModel, Setup]:
     if "apex_x" in columns:
         from ..sensors.sensor_lists import mounted_setup
 
-        return about, mounted_setup(name, rest, scene)
+        return about, _of_scene(mounted_setup(name, rest, scene), scene, radii)
     allowed = f"the columns {','.join(COLUMNS)}"
     rows = csv_rows(name, rest, (RingRow,), allowed, above, what="ring")
-    radii = ring_radii(scene, MountClearance(scene) if scene.real else None)
-    return about, Setup(tuple(_ring(f"{name}: line {n}", row, scene, radii) for n, row in rows))
+    if len(rows) > _MOST:
+        raise UserError(f"{name}: found {len(rows)} rings, allowed: at most {_MOST}")
+    rings = tuple(_ring(f"{name}: line {n}", row, scene, radii) for n, row in rows)
+    return about, rounded(Setup(rings), scene.sensor)
 
 
 def _ring(where: str, row: RingRow, scene: Scene, radii: Mapping[str, float]) -> Ring:
@@ -101,6 +111,24 @@ def _ring(where: str, row: RingRow, scene: Scene, radii: Mapping[str, float]) ->
     keys = {key: getattr(row, key) for key in COLUMNS}
     ring: Ring = adapter(Ring).validate_python(keys | {"radius": radii[row.link]})
     return replace(ring, sensor=scene.sensor_of(row.link))
+
+
+def _of_scene(setup: Setup, scene: Scene, radii: Mapping[str, float]) -> Setup:
+    """Return a setup as an answer states it: rounded, and with the radius and the sensor of the
+    scene on each ring that has this radius and this beam."""
+
+    def own(ring: Ring) -> Ring:
+        sensor, radius = scene.sensor_of(ring.link), radii[ring.link]
+        if abs(ring.radius - radius) <= RADIUS_M:
+            ring = replace(ring, radius=radius)
+        return replace(ring, sensor=sensor) if _same_beam(ring.sensor, sensor) else ring
+
+    rings = rounded(setup, scene.sensor).rings
+    return Setup(tuple(map(own, rings)), setup.singles)
+
+
+def _same_beam(a: Sensor, b: Sensor) -> bool:
+    return (a.form, a.near_m) == (b.form, b.near_m) and np.allclose(a.sizes, b.sizes, 0, _BEAM)
 
 
 def _layout(name: str, text: str, scene: Scene) -> Setup:

@@ -34,7 +34,7 @@ class Entry:
         return {name: read_head(file) for name, file in files if file.exists()}
 
 
-ENTRIES = {
+_KNOWN = {
     entry.name: entry
     for entry in (
         Entry("place-rings", "place-rings", True),
@@ -45,7 +45,9 @@ ENTRIES = {
         Entry("kumar-sahin", "Kumar and Sahin"),
     )
 }
-"""The entries by name."""
+_OTHERS = sorted({folder.name for folder in FOLDER.iterdir() if folder.is_dir()} - set(_KNOWN))
+ENTRIES = _KNOWN | {name: Entry(name, name) for name in _OTHERS}
+"""The entries by name: those above, then each other folder, without the equal budget."""
 
 
 def standings() -> dict[str, dict[str, float]]:

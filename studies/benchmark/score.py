@@ -9,7 +9,7 @@ import numpy as np
 
 from ...coverage.definitions.errors import UserError, unusable
 from ...coverage.rings.ring import Setup
-from ...formats.layouts.entry_csv import EntryModel, read_entry
+from ...formats.layouts.entry_csv import RADIUS_M, EntryModel, read_entry
 from ...objectives.criterion import judge
 from ...objectives.detection_share import at_pose
 from ...objectives.feasibility.clearance import MountClearance
@@ -22,7 +22,6 @@ VOXEL = 0.01  # m, of the count
 WIDTH = 0.005  # width of the proven interval of coverage, as a share
 CELL = 0.01  # m, cells of the proven interval of detection
 _MOST = 1000  # sensors that are counted
-_RADIUS = 1e-4  # m, rounding of a ring's radius
 _DIGITS = 4  # decimals of a percentage
 
 
@@ -60,7 +59,7 @@ def broken_rules(question: Question, setup: Setup) -> tuple[str, ...]:
         lines.append(f"{len(setup.singles)} sensors form no ring, allowed: rings")
     radii = ring_radii(scene, MountClearance(scene) if scene.real else None)
     for i, ring in enumerate(setup.rings):
-        if abs(ring.radius - radii[ring.link]) > _RADIUS:
+        if abs(ring.radius - radii[ring.link]) > RADIUS_M:
             found, wanted = 1000 * ring.radius, 1000 * radii[ring.link]
             lines.append(
                 f"ring {i} ({ring.link}) has a radius of {found:g} mm, allowed: {wanted:g}"
