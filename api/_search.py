@@ -193,7 +193,8 @@ def _bound(
         sensors = sum(ring.count for ring in reached.result.setup.rings)
         space = Space(scene, sensors=sensors, rings=options.rings)
     try:
-        bound = upper_bound(scene, space, aim, reach=reached and reached.wanted)
+        reach = None if reached is None else reached.wanted
+        bound = upper_bound(scene, space, aim, reach=reach)
     except KeyboardInterrupt:
         return CoverageBound()
     bound = bound or CoverageBound()

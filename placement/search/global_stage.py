@@ -117,8 +117,8 @@ class GlobalStage:
         round: a search that is cut short there has more than a random start."""
         rng = np.random.default_rng((self.seed, _STREAM, _QUICK))
         criterion = criterion_by_counts(self.fields.scene, self.fields.aim)
-        few = {"library": r.library // 20, "beside": 0, "trials": r.trials // 8}
-        quick = replace(r, points=r.points // 4, **few)
+        few = replace(r, library=r.library // 20, beside=0, trials=r.trials // 8)
+        quick = replace(few, points=r.points // 4)
         exchange = Exchange(self.space, start, rng, criterion)
         self._look(quick, [exchange])
         self._combine(number, quick, [exchange], [start])

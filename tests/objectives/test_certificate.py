@@ -17,6 +17,12 @@ CHECK = Path(__file__).resolve().parents[2] / "examples" / "certificate" / "chec
 File = dict[str, Any]
 
 
+@pytest.fixture(autouse=True)
+def path_of_scripts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A script finds the modules beside it, as for most users."""
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+
+
 def checked(path: Path) -> subprocess.CompletedProcess[str]:
     """Return the checker's run on a certificate."""
     command = [sys.executable, str(CHECK), str(path)]
