@@ -211,7 +211,7 @@ def test_a_stage_that_ends_in_its_first_library_has_more_than_a_random_start(nam
         brake.pulled.set()
 
     monkeypatch.setattr(GlobalStage, "_first", only)
-    rounds = (Round(512, 5, 1, 6, 0.2, trials=40, library=1000, beside=40),)
+    rounds = (Round(512, 5, 1, 6, 0.2, trials=400, library=4000, beside=40),)
     GlobalStage(SPACES[name], fields, 0, brake, record, lambda *_: None).run(rounds, ())
     assert record.best[0] > record.judged[0][0] + 0.05
 
