@@ -65,12 +65,11 @@ def certified_shapes(scene: Scene, setup: Setup) -> list[Shapes]:
         UncertifiedError: for weight fields, beams that are neither cones nor pyramids, sensors of
             one zone that a body blinds, and targets of other shapes.
     """
-    found = list[Shapes]()
+    found, of_poses = list[Shapes](), [_sensors(scene, setup, pose.q) for pose in scene.poses]
     for goal in scene.targets:
         if goal.target.importance is not None:
             raise UncertifiedError(f"target {goal.target}: found weights, allowed: none")
-        for i, pose in enumerate(scene.poses):
-            sensors, seen, number = _sensors(scene, setup, pose.q)
+        for i, (sensors, seen, number) in enumerate(of_poses):
             item = {"name": str(goal.target), "pose": i, "weight": float(scene.pose_weights[i])}
             item |= {"target": _tree(scene.solid(goal.target, i)), "sensors": sensors}
             found.append(Shapes(goal.target, i, item, seen, number))

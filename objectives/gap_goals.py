@@ -10,17 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial import cKDTree
 
-from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ..coverage.soft.sampling import EmptySolidError, sample
-from ..coverage.solids.base import Difference, Solid, Union
-from ..coverage.solids.capsules import Capsules
-from ..coverage.solids.polyhedra import polyhedra
-from ..coverage.targets.posed_robot import robot_curve
+from ..coverage.solids.base import Difference, Solid
 from ..coverage.targets.target import Target
 from .scene import Scene
+from .smallest_object import bodies_of
 
 _MOST_RESERVE = 0.25  # of a gap
 _NEAREST = 0.554  # mean distance of the nearest of random points, in spacings
@@ -49,25 +44,9 @@ def without_gaps(scene: Scene) -> Scene:
 def gap_places(scene: Scene, goal: Target, pose: int, radius: float) -> Solid:
     """Return the places of a target at a pose at which a ball of a radius, m, has room: it reaches
     into no body of the robot, nothing that it carries, and no obstacle.
-
-    Flat bodies grow by moving their faces, so that places just beside their edges are left out,
-    too.
     """
-    robot, q = scene.robot, scene.poses[pose].q
     solid = scene.solid(goal.target, pose)
-    if robot.bodies:
-        own = robot_capsules(robot, forward(robot.chain, q))
-        grown: Solid = Capsules(own.start, own.end, own.radius + radius)
-    else:
-        shape = scene.curve
-        grown = robot_curve(robot, q, shape).tube(
-            shape.robot_radius + radius, shape.points_per_bend
-        )
-    flat = (*(o.body for o in scene.obstacles), *carried_polyhedra(robot, q))
-    if flat:
-        moved = tuple(replace(body, offset=body.offset + radius) for body in flat)
-        grown = Union(grown, polyhedra(moved, solid.bounds()))
-    return Difference(solid, grown)
+    return Difference(solid, bodies_of(scene, pose, solid.bounds(), radius))
 
 
 def gap_points(
@@ -92,6 +71,8 @@ def gap_points(
 
 def spacing(points: Float[np.ndarray, "N 3"]) -> float:
     """Return the side of a cube for each of N points m, from the distances of the nearest ones."""
+    from scipy.spatial import cKDTree  # a search without gaps does not load it
+
     if len(points) < 2:
         return math.inf
     near = cKDTree(points).query(points[:_COMPARED], 2)[0][:, 1]

@@ -12,6 +12,7 @@ not told apart.
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -34,6 +35,7 @@ from .pose_subset import MANY
 from .scene import Scene
 from .verify import Verifier
 
+ON_BEAM = 1e-9  # m, by which a point on the surface of its beam may miss it through rounding
 WIDTH = 0.002  # m, of an interval of a diameter
 SIDE = 0.02  # m, smallest side of the cells with which the work starts
 _FINEST = 0.0005  # m, side of the smallest cells
@@ -41,17 +43,23 @@ _MOST_CELLS = 1 << 21  # cells of the grid on which the work starts
 _ALONG = 100  # points of a zone's ray that are examined
 
 
-def bodies_of(scene: Scene, pose: int, box: Float[np.ndarray, "2 3"]) -> Solid:
+def bodies_of(scene: Scene, pose: int, box: Float[np.ndarray, "2 3"], more: float = 0.0) -> Solid:
     """Return where no object may be at a pose, in a box (2, 3) m: the robot, what it carries, and
-    the obstacles. A robot without bodies is its V_R."""
+    the obstacles. A robot without bodies is its V_R.
+
+    All are larger by ``more`` m. Flat bodies grow by moving their faces, so that places just beside
+    their edges are in them, too.
+    """
     q, robot = scene.poses[pose].q, scene.robot
     if robot.bodies:
-        own: Solid = robot_capsules(robot, forward(robot.chain, q))
+        own = robot_capsules(robot, forward(robot.chain, q))
+        grown: Solid = replace(own, radius=own.radius + more)
     else:
         shape = scene.curve
-        own = robot_curve(robot, q, shape).tube(shape.robot_radius, shape.points_per_bend)
-    others = (*(o.body for o in scene.obstacles), *carried_polyhedra(robot, q))
-    return Union(own, polyhedra(others, box)) if others else own
+        grown = robot_curve(robot, q, shape).tube(shape.robot_radius + more, shape.points_per_bend)
+    flat = (*(o.body for o in scene.obstacles), *carried_polyhedra(robot, q))
+    moved = tuple(replace(body, offset=body.offset + more) for body in flat)
+    return Union(grown, polyhedra(moved, box)) if moved else grown
 
 
 def unseen_space(
@@ -187,12 +195,9 @@ def zone_rays(scene: Scene, setup: Setup, pose: int) -> Float[np.ndarray, "Z P 3
                 way = cones.ways(np.array([k]), places)[0]
             points = cones.out(k, np.asarray(cones.range_m)[k] * way[:, None] * part[:, None])
             flat = points.reshape(-1, 3)
-            hidden = np.asarray(seen.part(flat, k)) > _ON_BEAM
+            hidden = np.asarray(seen.part(flat, k)) > ON_BEAM
             rays.append(np.where(hidden.reshape(points.shape[:2])[..., None], np.nan, points))
     return np.concatenate(rays)
-
-
-_ON_BEAM = 1e-9  # m, by which a point on the edge of its beam may miss it through rounding
 
 
 def point_density(scene: Scene, setup: Setup, target: Target, side: float) -> float:

@@ -24,6 +24,7 @@ from ...objectives.detection_share import noticed_in
 from ...objectives.gap_goals import with_gap_goals
 from ...objectives.occlusion import occluders, sight
 from ...objectives.scene import Scene
+from ...objectives.smallest_object import ON_BEAM
 from ...objectives.target_points import TargetPoints
 from ..space.design import Space
 
@@ -33,7 +34,6 @@ _JUDGED, _FEW, _MANY = 1024, 32, 1 << 19
 _FEWEST = 8  # fewest points of a goal at a pose
 _LEAST = 256  # fewest where these are not too many, with thousands of poses, for the memory
 _COUNTED = 255  # sensors counted at a point
-_ON_BEAM = 1e-9  # m, by which a point on the surface of a beam may miss it through rounding
 _BLINDED = 16  # most poses for which first returns are modelled; beyond them, shadows
 
 
@@ -287,7 +287,7 @@ def _sees(
     for step in STEPS:
         met, moved = met_balls(sensor, at, np.full(len(points), ball), step)
         there = points + moved @ frame
-        sees |= met & (np.asarray(seen.part(there, np.full(len(points), k))) <= _ON_BEAM)
+        sees |= met & (np.asarray(seen.part(there, np.full(len(points), k))) <= ON_BEAM)
     return sees
 
 

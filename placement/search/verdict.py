@@ -125,7 +125,7 @@ def _in_turn(setups: Sequence[Setup], context: SearchContext) -> Chosen:
             if best is not None and best.missed == 0:
                 lowest = _lowest(scene, best.verified)
                 hard = Verifier(lowest, verifier.voxel, verifier.rule, at=verifier.at)
-                if _judged(setups, i, replace(context, verifier=hard)).exact <= best.exact:
+                if judge(hard, setups[i], context.aim)[1] <= best.exact:
                     continue
             judged = _judged(setups, i, context)
             best = judged if best is None else min(best, judged, key=_rank)
