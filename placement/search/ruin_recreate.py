@@ -113,7 +113,11 @@ class RuinRecreate:
             free &= self._open(some, chosen)
             if not free.any():
                 return None
-            if self._losing == "ring":
+            left = self._space.free - int(sensors[chosen].sum())
+            if self._losing == "ring" and (sensors[free] == left).all():
+                last = np.flatnonzero(free)
+                best = int(last[self._values(some, chosen, last).argmax()])
+            elif self._losing == "ring":
                 blurred = gains.all(cover) * rng.uniform(_BLURRED, 1.0, len(free))
                 best = int(np.argmax(np.where(free, blurred - costs, -np.inf)))
             else:
@@ -121,7 +125,7 @@ class RuinRecreate:
             cover = joined(cover, some.words[:, best])
             apart &= some.spans.apart(np.array([best]))
             chosen.append(best)
-        return Combination(tuple(chosen), self._value(some, chosen, cover))
+        return Combination(tuple(chosen), self._value(some, chosen))
 
     def _open(self, some: RingLibrary, chosen: Sequence[int]) -> Bool[np.ndarray, " M"]:
         """Return at which places the rules allow one more ring."""
@@ -153,26 +157,34 @@ class RuinRecreate:
             cover = joined(cover, some.words[:, j])
         return cover
 
-    def _value(
-        self,
-        some: RingLibrary,
-        chosen: Sequence[int],
-        cover: UInt64[np.ndarray, "J W"] | None = None,
-    ) -> float:
-        """Return the value of a combination; where sensors are lost, as if all of a ring were
-        equal."""
-        cover = self._cover(some, chosen) if cover is None else cover
-        value = float(np.bitwise_count(cover[-1]).sum())
-        if not self._losing or not len(chosen):
+    def _value(self, some: RingLibrary, chosen: Sequence[int]) -> float:
+        """Return the value of a combination."""
+        if not len(chosen):
+            return float(np.bitwise_count(some.held[-1]).sum())
+        return float(self._values(some, chosen[:-1], np.array(chosen[-1:], int))[0])
+
+    def _values(
+        self, some: RingLibrary, chosen: Sequence[int], last: Int[np.ndarray, " L"]
+    ) -> Float[np.ndarray, " L"]:
+        """Return the value of a combination with each of some last places; where sensors are lost,
+        as if all of a ring were equal."""
+        words = some.words[:, last]  # (J, L, W)
+        cover = joined(self._cover(some, chosen)[:, None], words)[-1]
+        value = np.bitwise_count(cover).sum(axis=-1).astype(float)
+        if not self._losing:
             return value
-        words = some.words[0, list(chosen)]  # (R, W)
-        once = twice = np.zeros_like(words[0])
-        for row in words:
+        rings, new = some.words[0, list(chosen)], words[0]  # (R, W), (L, W)
+        once = twice = some.held[0]
+        for row in rings:
             once, twice = once | row, twice | (once & row)
-        alone = np.bitwise_count(words & (once & ~twice & ~some.held[0])).sum(axis=1)
+        alone = [np.bitwise_count(new & ~once).sum(axis=-1)]
+        alone += [np.bitwise_count(row & ~twice & ~new).sum(axis=-1) for row in rings]
+        lost = np.array(alone, float)  # (1 + R, L): what only the last ring sees, and each other
         if self._losing == "sensor":
-            alone = alone / some.places.sensors[list(chosen)]
-        return value - float(alone.max())
+            lost[0] /= some.places.sensors[last]
+            lost[1:] /= some.places.sensors[list(chosen), None]
+        worth: np.ndarray = value - lost.max(axis=0)
+        return worth
 
 
 class Gains:
@@ -221,8 +233,8 @@ class Gains:
 
 
 def joined(
-    cover: UInt64[np.ndarray, "J W"], words: UInt64[np.ndarray, "J W"]
-) -> UInt64[np.ndarray, "J W"]:
+    cover: UInt64[np.ndarray, "J *#M W"], words: UInt64[np.ndarray, "J *#M W"]
+) -> UInt64[np.ndarray, "J *M W"]:
     """Return the bits of the points that two groups together see at least 1, ..., J times."""
     both: np.ndarray = cover | words
     for j in range(1, len(cover)):
