@@ -36,6 +36,8 @@ _SHARES = (4, 64)
 _SHARE = 1 << 18  # cells of a pass for which another share pays off
 _WORTH = 2000  # a cell this many times the threshold is split without computing its shares
 _KNOWN = 1e-6  # width of the bounds of a cell's mean weight, below which it counts as known
+# factor on the threshold below which two steps cost less than one that misses
+_FAR = 1e-3
 # of its box: a target of at most this volume, no part of which is certain, counts as empty
 _EMPTY = 0.05
 
@@ -172,9 +174,10 @@ def _step(width: float, wanted: float) -> float:
     """Return the factor on the threshold.
 
     The interval shrinks about with the square root of the threshold. The step aims slightly below
-    the requested width and reduces the threshold to no less than a hundredth at once.
+    the requested width; where that is far, in two equal steps.
     """
-    return min(max((0.8 * wanted / width) ** 2, 0.01), 0.5)
+    factor = (0.98 * wanted / width) ** 2
+    return min(math.sqrt(factor) if factor < _FAR else factor, 0.5)
 
 
 def bracket(
@@ -220,7 +223,7 @@ def bracket(
     unit = voxel if voxel is not None else max(size, 1.001 * furthest) / 2.0**LEVELS
     slack = SLACK * max(scale(target), scale(seen))
     start = first_cells(leaves(target) + leaves(seen), box, unit, 0)
-    threshold = width * volume / 100 if width > 0 else 0.0
+    threshold = 100 * width * width * volume  # an interval about a hundred times as wide
     work = _Pass(target, seen, unit, threshold, 0.5, slack, threading.Event(), weights, keep)
     interval: Bracket | None = None
     for passes in itertools.count(1):
