@@ -11,6 +11,7 @@ from typing import Any
 from ._arguments import check_question, renamed
 from ._errors import InputError, input_errors
 from ._options import called_with
+from ._pictures import Picture, drawn
 from ._placement import Counted
 from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
 from .coverage.detection.detection import Detection
@@ -86,6 +87,30 @@ class Coverage(Counted):
             )
             for record, effect, largest in zip_longest(records, effects, self.objects)
         )
+
+    def plot_by_pose(self, path: str | PathLike[str] | None = None) -> Picture:
+        """Draw ζ at each pose, over the time of a motion or pose by pose.
+
+        Args:
+            path: path of a PNG file to write as well, or None.
+
+        Raises:
+            InputError: if the scene has one pose, or the file cannot be written.
+
+        Example:
+            >>> import place_rings as pr
+            >>> poses = [[0, -1.57, elbow, 0, 1.57, 0] for elbow in (0.5, 1, 1.5)]
+            >>> coverage = pr.verify("n1_8_0", pr.Scene(poses=poses), voxel=0.1)
+            >>> coverage.plot_by_pose().png[1:4]
+            b'PNG'
+        """
+        from .reporting.plot_by_pose import plot_by_pose
+
+        if len(self.scene.poses) < 2:
+            raise InputError("found one pose, allowed: several", "poses")
+        named = [replace(v, setup=self.name) for v in self.each]
+        file = None if path is None else Path(path)
+        return drawn(lambda to: plot_by_pose(named, self.scene, to), file)
 
     def __float__(self) -> float:
         return self.coverage

@@ -29,6 +29,10 @@ def verify(
             )
         ),
     ] = None,
+    plot_by_pose: Annotated[
+        Path | None,
+        Parameter(help="With several poses: file for a picture (.png) of the coverage at each."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Count the coverage of a setup with its error, or compute an interval guaranteed to hold it.
@@ -41,6 +45,7 @@ def verify(
     place-rings verify n2_16_25 --target V_S --radius 0.5
     place-rings verify n2_16_25 --target V_S:0.5 --rule certified --width 1
     place-rings verify n2_16_25 --target V_S:0.5 --rule certified --certificate proof.npz
+    place-rings verify n2_16_25 --trajectory motion.csv --plot-by-pose zeta.png
     place-rings verify n3_16_55 --sensor vl53l1x --ambient 50kcps
     place-rings verify n2_16_25 --sensor vl53l5cx --target V_S:0.5 --detect hand
     ```
@@ -50,4 +55,4 @@ def verify(
     from ..runs.verify import verify as run
 
     question = detection.resolve(given.sensing)
-    run(given.resolved(subject), options, question, certificate, as_json)
+    run(given.resolved(subject), options, question, certificate, plot_by_pose, as_json)

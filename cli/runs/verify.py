@@ -9,6 +9,7 @@ from place_rings._verify import Coverage
 from place_rings._verify import verify as count
 
 from ...coverage.definitions.definition import json_of
+from ...coverage.definitions.errors import UserError
 from ...coverage.detection.detection import Detection
 from ...coverage.voxels.volume_tally import Bracket
 from ...objectives.options import VerifyOptions
@@ -25,6 +26,7 @@ from ...reporting.lines.results import (
     sensor_lines,
     worst_line,
 )
+from ...reporting.plot_by_pose import plot_by_pose
 from ...reporting.tables import (
     count_error_line,
     coverage_tables,
@@ -41,13 +43,18 @@ def verify(
     options: VerifyOptions,
     question: Detection | None,
     certificate: Path | None,
+    by_pose: Path | None,
     as_json: bool,
 ) -> None:
     """Print the coverage of a setup for the targets of its scene and, with a question of detection,
     its answer."""
     scene, setup, name = subject.scene, subject.setup, subject.name
+    if by_pose is not None and len(scene.poses) < 2:
+        raise UserError("--plot-by-pose: found one pose, allowed: several; add --trajectory FILE")
     coverage = _counted(subject, options, question, certificate)
     results = list(coverage.records)
+    if by_pose is not None:
+        plot_by_pose(results, scene, by_pose)
     if as_json:
         say_json(json_of(results if len(results) > 1 else results[0]))
         return
@@ -74,6 +81,8 @@ def verify(
     more += detection_lines(results, scene, setup)
     if certificate is not None:
         more.append(f"Certificate: {certificate}; examples/certificate/check.py checks it.")
+    if by_pose is not None:
+        more.append(f"Coverage at each pose: {by_pose}")
     console.lines(record_line(scene), *protective_lines(results, setup), *more)
 
 
