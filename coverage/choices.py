@@ -28,9 +28,10 @@ Disturbance = Literal["direct", "overlap", "reflection"]
 """Ways in which the light of a sensor reaches another, from the strictest to all: ``direct`` on its
 window, ``overlap`` of their beams, ``reflection`` on a body of the scene."""
 
-Faults = Literal["random", "turned", "none"]
+Faults = Literal["random", "turned", "late", "none"]
 """What a simulated rig is given: ``random`` errors and faults; a cell that is ``turned`` by 180°
-about z of the base, as one read from a pendant by mistake; or ``none``."""
+about z of the base, as one read from a pendant by mistake; one ring that fires in slots ``late``,
+out of step with the others; or ``none``."""
 
 BaseFrame = Literal["base_link", "pendant"]
 """Frame of coordinates in the base frame of an arm of Universal Robots: ``base_link`` of its ROS

@@ -19,6 +19,7 @@ _MOVES = {
     "--rig sim": "; a simulated robot moves without it",
     "--joints FILE": "; only ur-rtde moves a robot; files are only read",
 }
+_UNREAD = ("--plan-only", "--dry-run")
 _EXTENT = ("wave", "seconds", "stops", "trials", "rod_mm")
 
 
@@ -52,14 +53,18 @@ def require_fit(
         raise UserError('--robot-host: found "", allowed: a host name or an address')
     stated = [name for name, value in where.items() if value]
     if rig.replay is not None:
-        stated += options.changed("seed", "voxel", "part", *_EXTENT)
+        stated += options.changed("seed", "voxel", "part", "scheduled", *_EXTENT)
         _refuse(stated, "--replay FILE, whose recording states it")
     if files.joints is not None:
         _refuse(
             options.changed(*_EXTENT), "--joints FILE: the files, or the plans of --plan, state it"
         )
-    if options.wave and "self" not in options.parts:
-        raise UserError("--wave: allowed only with --part self, or without --part")
+    for name in options.changed("wave", "scheduled") if "self" not in options.parts else ():
+        raise UserError(f"--{name}: allowed only with --part self, or without --part")
+    if options.scheduled and given[0] in _UNREAD:
+        raise UserError(f"--scheduled: not allowed with {given[0]}, which reads no ring")
+    if options.injected == "late" and not options.scheduled:
+        raise UserError("--injected late: allowed only with --scheduled")
     if bag:
         from ...formats.export.ros2_bag import require_rosbags
 

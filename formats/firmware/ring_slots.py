@@ -8,8 +8,12 @@ slot. So the order never depends on how quick a controller is, only the number o
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import Annotated
 
+from pydantic import Field
+
+from ...coverage.definitions.definition import definition
+from ...coverage.definitions.field_types import Items
 from ...coverage.electronics.drivers import driver
 from ...coverage.electronics.ring_bus import LEAST_HZ, transfer_s
 from ...coverage.rings.ring import Setup
@@ -17,28 +21,32 @@ from ...objectives.firing.schedule import FiringGroup, FiringSchedule
 
 _EDGES_US, _CRYSTALS = 100, 1e-4  # interrupts of an edge on two rings; difference of their crystals
 _COMMAND = 36  # bytes at most that start a ranging, with addresses and a channel's selection
-_SETTLE_S = 0.3  # s that a check lets the robot stand before readings count
+_SETTLE_S = 0.3  # s that a check without the schedule lets the robot stand before readings count
+# longer than a cycle, so that no frame is due right before the next one begins
+_SPARE_US = 10_000
+_Micros = Annotated[int, Field(ge=0, le=3_600_000_000)]
+_Numbers = Annotated[Items[Annotated[int, Field(ge=0, le=1000)]], Field(max_length=1000)]
 
 
-@dataclass(frozen=True)
+@definition(kw_only=True)
 class RingSlots:
     """Slots of one ring; times are those of its group, from the beginning of a cycle."""
 
-    cycle_us: int
+    cycle_us: Annotated[_Micros, Field(ge=1)]
     """Time between two rangings of a sensor, µs."""
-    starts_us: tuple[int, ...]
+    starts_us: Annotated[Items[_Micros], Field(max_length=1000)]
     """Beginning of each slot, µs."""
-    ends_us: tuple[int, ...]
+    ends_us: Annotated[Items[_Micros], Field(max_length=1000)]
     """End of each slot, µs."""
-    slot: tuple[int, ...]
+    slot: _Numbers
     """Slot of each sensor."""
-    ranging_us: int
+    ranging_us: _Micros
     """Time in which a sensor ranges, µs."""
-    command_us: int
+    command_us: _Micros
     """Time of the command that starts one, µs."""
     leads: bool
     """Whether it raises the clock line of its group."""
-    rings: tuple[int, ...]
+    rings: _Numbers
     """Rings of the group."""
 
     @property
@@ -61,12 +69,13 @@ class RingSlots:
     @property
     def frames(self) -> int:
         """Frames in a cycle: the fewest that keep the protocol's least rate."""
-        return math.ceil(self.cycle_us * LEAST_HZ / 1e6)
+        return math.ceil((self.cycle_us + _SPARE_US) * LEAST_HZ / 1e6)
 
     @property
     def frame_ms(self) -> int:
-        """Time between frames, ms."""
-        return self.cycle_us // (1000 * self.frames)
+        """Time between frames, ms. The first is sent when a cycle begins, so that the last is
+        followed by the next a little sooner."""
+        return math.ceil((self.cycle_us + _SPARE_US) / (1000 * self.frames))
 
     @property
     def rate_hz(self) -> float:
@@ -107,9 +116,9 @@ def slot_notes(setup: Setup, schedule: FiringSchedule) -> list[str]:
             )
         elif group.period_s > _SETTLE_S:
             notes.append(
-                f"{rings}: readings are up to {1000 * group.period_s:.0f} ms old; a check reads"
-                f" {1000 * _SETTLE_S:.0f} ms after the robot has stopped, so its first readings at"
-                " a stop may be of the way there"
+                f"{rings}: readings are up to {1000 * group.period_s:.0f} ms old; check with"
+                f" --scheduled, which waits for them: else it reads {1000 * _SETTLE_S:.0f} ms after"
+                " the robot has stopped, when its first readings may be of the way there"
             )
     return notes
 

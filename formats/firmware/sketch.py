@@ -181,7 +181,7 @@ def _rates(wiring: RingWiring) -> str:
     if wiring.slots is None:
         sent = wiring.rate_hz * size
         return f"{wiring.rate_hz} {each}, in frames of {size} bytes: {sent} bytes a second."
-    frames = 1000 / wiring.period_ms
+    frames = wiring.slots.frames * wiring.slots.rate_hz
     return (
         f"{wiring.slots.rate_hz:.3g} {each}, and {frames:.3g} frames of {size} bytes:"
         f" {frames * size:.0f} bytes a second; each frame has every sensor's latest reading."

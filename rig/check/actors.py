@@ -29,10 +29,10 @@ from ..sensing.readings import WITHIN
 from ..session.session import Session
 from ..session.stop_conditions import StopConditions, StopRules
 from ..simulated.process import SimulatedRig, SimulationError
-from .planned_check import ring_names
+from .planned_check import SETTLE, ring_names
 from .procedure import EndedError
 
-_LOOK, _SETTLE = 0.1, 0.3  # s; an arm still swings after arrival
+_LOOK = 0.1  # s
 _STILL = 0.01  # rad/s
 _LATE = 0.05  # m; a target may have come closer since a simulated ring saw it
 _LEAVE = "; step out of the robot's reach: it may move next"
@@ -53,6 +53,7 @@ class MovedRobot:
         route: near stops along the whole itinerary.
         alarm: called at once if the robot is not seen to stand still.
         ask: a person whether a robot that was held on its way may go on; None: it does not.
+        settle: time that the robot stands before readings count, s.
     """
 
     def __init__(
@@ -64,8 +65,9 @@ class MovedRobot:
         route: NearStops,
         alarm: Callable[[str], None],
         ask: Ask | None = None,
+        settle: float = SETTLE,
     ) -> None:
-        self._ask = ask
+        self._ask, self._settle = ask, settle
         limits, motion, setup = scene.robot.limits, scene.motion, itinerary.clearance.setup
         joints = (
             np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1))
@@ -110,7 +112,7 @@ class MovedRobot:
             except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
                 raise EndedError(f"on the way to {words}: {error}") from error
             self._itinerary.at = node
-        time.sleep(_SETTLE)
+        time.sleep(self._settle)
         return True
 
     def _reach(self, node: int) -> None:
@@ -144,10 +146,11 @@ class MovedRobot:
 
 
 class GuidedRobot:
-    """A robot that a person brings to each pose with the pendant; nothing is sent to it."""
+    """A robot that a person brings to each pose with the pendant; nothing is sent to it. It then
+    stands for ``settle`` s before readings count."""
 
-    def __init__(self, session: Session, ask: Ask) -> None:
-        self._session, self._ask = session, ask
+    def __init__(self, session: Session, ask: Ask, settle: float = SETTLE) -> None:
+        self._session, self._ask, self._settle = session, ask, settle
 
     def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
         return range(len(joints))
@@ -162,7 +165,7 @@ class GuidedRobot:
                 return False
         while np.abs(self._state().speed).max() > _STILL:
             time.sleep(_LOOK)
-        time.sleep(_SETTLE)
+        time.sleep(self._settle)
         return True
 
     def _off(self, q: Float[np.ndarray, " J"]) -> float:

@@ -72,6 +72,7 @@ def assess(data: CheckData) -> Assessment:
         sensors=sensors_of(setup, done.doubt),
         cell_turned=done.cell_turned,
         self_check=self_check_of(done.self_check, done.waves),
+        timing=done.timing,
         mount=mount,
         coverage=coverage,
         calibration=calibration_effect(verifier, setup),

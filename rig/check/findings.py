@@ -64,6 +64,7 @@ def differences(
         ):
             if names:
                 lines.append(f"{words}: {between.join(names)}")
+    lines += [fault for ring in done.timing for fault in ring.faults]
     lines += _doubts(done)
     lines += [
         f"{setup.group_name(ring)}, by a hand: {fault}"
@@ -128,6 +129,7 @@ def missing(
     if done.cut_short is not None:
         wanted = plans.seconds or 0.0
         lines.append(f"self check: cut off after {done.cut_short:.1f} of {wanted:g} s")
+    lines += [text for ring in done.timing for text in ring.open]
     planned = 0 if plans.mount is None else len(plans.mount.joints)
     if stops < planned:
         why = _why(set(range(planned)) - set(done.stops), done.skipped_stops, "stop")

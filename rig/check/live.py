@@ -9,6 +9,7 @@ from pathlib import Path
 from ...coverage.definitions.errors import UserError
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
+from ...formats.firmware.ring_pace import RingPace
 from ...formats.schema.proposal_models import ProposalFile
 from ...objectives.scene import Scene
 from ..recording.recording import Recording
@@ -30,6 +31,7 @@ from .plans import Plans
 from .preconditions import require_known_cell, require_revolute
 from .procedure import Operator, run
 from .readiness import Readiness
+from .timing_check import scheduled_paces
 
 # factor on time limits: a simulated rig shares the machine with the check
 _REAL, _SIMULATED = 1.0, 100.0
@@ -51,6 +53,8 @@ class LiveCheck:
     """Name or address of the robot's controller; None starts a simulated rig."""
     warnings: tuple[str, ...] = ()
     """Why the kinematics of the scene may not be those of the arm."""
+    paces: tuple[RingPace, ...] = ()
+    """When each ring sends frames by the firing schedule; none: no schedule is expected."""
 
     @staticmethod
     def of(
@@ -61,7 +65,7 @@ class LiveCheck:
         Raises:
             UserError: if ur-rtde does not support the robot, or the robot shall move in a cell that
                 is not completely described, or the controller's arm is another robot or, if it
-                shall move, not known.
+                shall move, not known; or if no firmware keeps the firing schedule.
         """
         scene = with_cell(scene) if host is None else scene
         require_revolute(scene.robot)
@@ -74,7 +78,8 @@ class LiveCheck:
             require_known_cell(scene)
         arm = ArmKinematics(scene) if host is None else arm_kinematics(scene, host, options.moves)
         setup = rounded(setup, scene.sensor)
-        return LiveCheck(name, setup, arm.scene, options, host, arm.warnings)
+        paces = scheduled_paces(setup, scene, options)
+        return LiveCheck(name, setup, arm.scene, options, host, arm.warnings, paces)
 
     @property
     def moved(self) -> bool:
@@ -128,7 +133,8 @@ class LiveCheck:
     def _started(self, folder: Path) -> SimulatedRig:
         options = self.options
         try:
-            return simulated_rig(self.scene, self.setup, options.seed, folder, options.injected)
+            where, paces = (options.seed, folder, options.injected), self.paces
+            return simulated_rig(self.scene, self.setup, *where, paces)
         except SimulationError as error:
             raise UserError(f"--rig sim: {error}") from error
 
@@ -145,6 +151,7 @@ class LiveCheck:
             ports=tuple(ports),
             seconds=plans.seconds,
             wave=plans.wave,
+            paces=self.paces,
             stops=plans.mount,
             trials=plans.rods,
             version=version("place-rings"),
@@ -173,7 +180,7 @@ class LiveCheck:
             ready.require_controllable(state.mode)
         with ExitStack() as stack:
             view = attendant.view(session, setup)
-            robot: MovedRobot | GuidedRobot = GuidedRobot(session, view.ask)
+            robot: MovedRobot | GuidedRobot = GuidedRobot(session, view.ask, check.settle_s)
             if moves:
                 robot = ready.moved_robot(state.q, view.resume)
                 stack.callback(robot.close)
@@ -184,7 +191,7 @@ class LiveCheck:
             stack.enter_context(view)
             before = ready.require_self_check if moves else lambda: None
             deeds = (robot.order, robot.stand, helper.put, helper.wave, view.show)
-            run(session, plans, Operator(*deeds), before)
+            run(session, plans, Operator(*deeds), before, [pace.frames for pace in check.paces])
 
     def _state(self, state: Callable[[], State]) -> State:
         """Return a state; raise UserError if the robot's link has none."""

@@ -108,6 +108,29 @@ class SelfModel(StrictModel):
     waved: list[WavingModel] = Field(default=[])
 
 
+class TimingModel(StrictModel):
+    """Frames of a ring beside those of its firing schedule. ``late_ms`` says how much later than
+    those of ring ``reference`` its cycles begin; null if it shares no slots.
+    """
+
+    ring: int
+    cycle_ms: float = Field(description="time between two readings of a sensor, by the schedule")
+    wanted_hz: float = Field(description="frames per second, by the schedule")
+    found_hz: float | None = None
+    late_ms: float | None = None
+    reference: int | None = None
+    seen: int = Field(description="number of sensors whose readings show when they range")
+    outside: list[int] = Field(description="sensors that range outside of their slots")
+    repeating: list[int] = Field(description="sensors without a new reading in most slots")
+    faults: list[str]
+    open: list[str] = Field(description="what could not be compared, and why")
+
+    @property
+    def named(self) -> str:
+        """The sensors outside of their slots or without new readings."""
+        return ", ".join(map(str, sorted({*self.outside, *self.repeating})))
+
+
 class SensorHealthModel(StrictModel):
     """Doubtful readings of a sensor while the robot stood still, in percent of its readings: in the
     part of the check that has the most. A sensor is doubtful if one of them is above 20 %.
@@ -197,6 +220,7 @@ class CheckResult(StrictModel):
         default=False, description="whether the readings fit the cell turned by 180° about z"
     )
     self_check: SelfModel | None = None
+    timing: list[TimingModel] = Field(default=[], description="with a firing schedule")
     mount: MountCheckModel | None = None
     coverage: list[CoverageModel] = Field(default=[])
     calibration: list[CalibrationEffect] = Field(

@@ -26,6 +26,7 @@ from .planned_check import PlannedCheck, ring_names
 from .plans import read_plans
 from .preconditions import require_revolute
 from .procedure import Span, spans
+from .timing_check import scheduled_paces
 
 _LONGEST = 3600.0  # s, of a self check
 
@@ -104,6 +105,7 @@ class _Steps:
             ports=tuple(ports),
             seconds=seconds,
             wave="self" in parts and bool(self._of("wave")),
+            paces=scheduled_paces(setup, self._scene, self._options),
             stops=mount,
             trials=rods,
             version=version("place-rings"),

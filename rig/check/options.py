@@ -78,7 +78,12 @@ class CheckOptions:
     """Move although the self check found sensors that differ from the proposal."""
     injected: Faults = "random"
     """What is wrong with the simulated rig: random errors and faults by --seed; turned, a cell that
-    stands turned by 180° about z of the base; or none, nothing at all."""
+    stands turned by 180° about z of the base; late, with --scheduled, a ring that fires out of step
+    with the others; or none, nothing at all."""
+    scheduled: bool = False
+    """Expect the rings to fire in the slots of the firing schedule, with the firmware of ``export
+    --to firmware --scheduled``: the self check names rings that are too slow, too fast or out of
+    step, and sensors outside of their slots. A simulated rig keeps the slots."""
     wave: bool = False
     """In the self check, identify the sensors by a hand that passes them."""
     seconds: Annotated[float, Parameter(validator=Number(gt=0, lte=3600))] = 5.0

@@ -20,10 +20,12 @@ from ..sensing.readings import ABSENT, Readings, Stops, at_stops, joined, zones_
 from ..sensing.zone_state import frozen_zones
 from ..session.gathering import Gathered
 from .doubt import Doubt, doubt
+from .models import TimingModel
 from .planned_check import PlannedCheck
 from .port_matching import Ports, by_lines, by_pattern, by_waving, exchanged
 from .procedure import Span, skipped, spans, unfinished
 from .self_check import SelfCheck, self_check, sensor_names
+from .timing_check import RingFrames, timing_check
 
 _Result = TypeVar("_Result")
 _Stood = tuple[Readings, Float[np.ndarray, "P J"]]
@@ -67,6 +69,8 @@ class PartResults:
         """Result of the self check."""
         if plans.seconds is not None:
             self.self_check = self._part("self check", self._self_check)
+        self.timing = self._timing(gathered)
+        """What each ring keeps of the firing schedule; empty without one."""
         waves = {ring: self._part("self check", partial(self._waving, ring)) for ring in hands}
         self.waves = {ring: wave for ring, wave in waves.items() if wave is not None}
         """Result of waving for each ring number that a hand passed over."""
@@ -137,6 +141,24 @@ class PartResults:
 
     def _self_check(self) -> SelfCheck:
         return self_check(self.check.scene, self.check.setup, self._of("self"))
+
+    def _timing(self, gathered: Gathered) -> list[TimingModel]:
+        """Compare the frames of the self check with the firing schedule."""
+        steps = [step for step in self._steps if step.what == "self"][-1:]
+        if not self.check.paces or not steps:
+            return []
+        times = gathered.times()
+        during = np.flatnonzero((times >= steps[0].begin) & (times <= steps[0].end))
+        middle = (times[during].min(initial=np.inf) + times[during].max(initial=0.0)) / 2
+        each: dict[int, list[int]] = {i: [] for i in range(len(self.check.paces))}
+        for k in during:
+            port = gathered.frames[k][0]
+            each[self.ports.get(port, port)].append(int(k))
+        rings = [
+            RingFrames.of([gathered.frames[k][1] for k in some], times[some] - middle)
+            for some in each.values()
+        ]
+        return timing_check(self.check.setup, self.check.paces, rings)
 
     def _doubt(self) -> Doubt | None:
         """Return the doubtful readings of the part in which a sensor has the most."""

@@ -10,6 +10,7 @@ from ...coverage.definitions.definition import adapter, definition, refuse
 from ...coverage.definitions.errors import explain
 from ...coverage.definitions.field_types import Items
 from ...coverage.rings.ring import Setup
+from ...formats.firmware.ring_pace import RingPace
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.versions import FROM_FILE
 from ...objectives.scene import Scene
@@ -19,6 +20,7 @@ from ..rod.trial_plan import RodPlanFile
 from ..simulated_cell.ground_truth import Injected, injected
 from .plans import Plans
 
+SETTLE = 0.3  # s that a robot stands before readings count: an arm still swings after arrival
 _Text = Annotated[str, Field(max_length=1000)]
 
 
@@ -50,6 +52,8 @@ class PlannedCheck:
     """Duration of the self check, s."""
     wave: bool = False
     """Whether a hand passes over the sensors, ring by ring."""
+    paces: Annotated[Items[RingPace], Field(max_length=255)] = ()
+    """When each ring sends frames by the firing schedule; none: no schedule is expected."""
     stops: MountPlanFile | None = None
     """Stops of the mount check."""
     trials: Annotated[Items[RodPlanFile], Field(max_length=100)] = ()
@@ -62,6 +66,11 @@ class PlannedCheck:
         wanted = [*(ring.count for ring in rings), *(1 for _ in self.proposal.sensors)]
         if counts != wanted:
             refuse([(("ports",), f"counts {counts}", f"those of the rings, {wanted}")])
+        slots = [None if pace.slots is None else len(pace.slots.slot) for pace in self.paces]
+        if self.paces and len(slots) != len(counts):
+            refuse([(("paces",), f"{len(slots)} rings", f"{len(counts)}, as the setup has")])
+        if wrong := [n for n, c in zip(slots, counts, strict=False) if n not in (None, c)]:
+            refuse([(("paces",), f"slots of {wrong[0]} sensors", "those of the ring")])
         joints = len(self.proposal.scene.robot.chain)
         if odd := {q.shape[1] for q in self.plans.poses} - {joints}:
             refuse([(("stops",), f"{max(odd)} angles", f"{joints}, as the robot has")])
@@ -107,6 +116,12 @@ class PlannedCheck:
     def plans(self) -> Plans:
         """The planned parts."""
         return Plans(self.seconds, self.stops, self.trials, self.wave)
+
+    @property
+    def settle_s(self) -> float:
+        """Time that the robot stands before readings count, s: those of rings that fire in slots
+        may be of the way there for longer."""
+        return max([SETTLE, *(pace.oldest_s for pace in self.paces)])
 
     @property
     def injected(self) -> Injected | None:

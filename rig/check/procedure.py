@@ -110,6 +110,7 @@ def run(
     plans: Plans,
     operator: Operator,
     before_poses: Callable[[], None] = lambda: None,
+    repeats: Sequence[int] = (),
 ) -> str:
     """Run all plans; return why they ended early, or an empty string.
 
@@ -119,6 +120,7 @@ def run(
         operator: who does it.
         before_poses: called after the self check, before the robot leaves its place; raises
             EndedError if it must not.
+        repeats: number of frames of each ring that hold one reading of a sensor; none: one.
 
     Ctrl-C ends the check like any other reason; so does a signal that is raised as a
     KeyboardInterrupt, whose text is the reason.
@@ -131,9 +133,9 @@ def run(
             _wave(session, operator)
         before_poses()
         if plans.mount is not None:
-            _mount(session, plans.mount, operator)
+            _mount(session, plans.mount, operator, repeats)
         if plans.rods:
-            _rod(session, plans.rods, operator)
+            _rod(session, plans.rods, operator, repeats)
     except EndedError as error:
         why = str(error)
     except KeyboardInterrupt as error:
@@ -165,13 +167,13 @@ def _wave(session: Session, operator: Operator) -> None:
             session.say("end")
 
 
-def _mount(session: Session, plan: MountPlan, operator: Operator) -> None:
+def _mount(session: Session, plan: MountPlan, operator: Operator, repeats: Sequence[int]) -> None:
     order = operator.order(plan.joints)
     _skip(session, "mount", set(range(len(plan.joints))) - set(order), _NO_WAY)
     for done, stop in enumerate(order):
         operator.show("mount", done, len(order))
         if operator.stand(plan.joints[stop], f"stop {stop} of the mount check"):
-            _read(session, plan.frames, "mount", stop)
+            _read(session, plan.frames, "mount", stop, repeats)
         else:
             _skip(session, "mount", {stop}, _BY_PERSON)
     operator.show("mount", len(order), len(order))
@@ -183,7 +185,9 @@ def _skip(session: Session, step: str, numbers: set[int], why: str) -> None:
         session.say("skipped", step=step, number=int(number), why=why)
 
 
-def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None:
+def _rod(
+    session: Session, plans: Sequence[RodPlan], operator: Operator, repeats: Sequence[int]
+) -> None:
     joints, before = plans[0].joints, plans[0].detection.before
     first = np.cumsum([0, *(len(p.stratum) for p in plans)])
     done, total = 0, int(first[-1])
@@ -192,7 +196,7 @@ def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None
     for pose in order:
         there = operator.stand(joints[pose], f"pose {pose} of the coverage check")
         if there and operator.put(None, f"pose {pose}: no rod, nobody in the sensors' reach"):
-            _read(session, before, "before", pose)
+            _read(session, before, "before", pose, repeats)
             for plan, start in zip(plans, first[:-1], strict=True):
                 for trial in np.flatnonzero(plan.pose == pose):
                     operator.show("coverage", done, total)
@@ -202,7 +206,8 @@ def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None
                         f" {z:.0f}) mm"
                     )
                     if operator.put(plan.point[trial], words):
-                        _read(session, plan.detection.frames, "trial", int(start + trial))
+                        wanted, number = plan.detection.frames, int(start + trial)
+                        _read(session, wanted, "trial", number, repeats)
                     done += 1
         if there:
             operator.put(None, f"pose {pose} is done: rod away")
@@ -211,17 +216,26 @@ def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None
     operator.show("coverage", done, total)
 
 
-def _read(session: Session, frames: int, step: str, number: int) -> None:
-    """Wait for ``frames`` frames of every ring, not counting the one that was already under way."""
+def _read(session: Session, frames: int, step: str, number: int, repeats: Sequence[int]) -> None:
+    """Wait for ``frames`` frames of every ring with new readings, not counting the one that was
+    already under way.
+    """
     session.say("begin", step=step, number=int(number))
-    first, most = [c.frames for c in session.rings.counts], (frames + 1) / _SLOWEST + _PATIENCE
-    until = time.monotonic() + most * session.patience
+    first = [c.frames for c in session.rings.counts]
+    each = [frames * n for n in repeats or [1] * len(first)]
+    until = time.monotonic() + _most_s(max(each, default=frames)) * session.patience
     while time.monotonic() < until:
         _check(session)
-        if all(c.frames - f > frames for c, f in zip(session.rings.counts, first, strict=True)):
+        counts = [c.frames for c in session.rings.counts]
+        if all(now - f > n for now, f, n in zip(counts, first, each, strict=True)):
             break
         time.sleep(_LOOK)
     session.say("end")
+
+
+def _most_s(frames: int) -> float:
+    """Return how long to wait for as many frames, s."""
+    return (frames + 1) / _SLOWEST + _PATIENCE
 
 
 def _check(session: Session) -> None:

@@ -141,6 +141,7 @@ class Readiness:
         session.say("near stop", share=stops.share, waived=waived)
         try:
             ask = resume if self.real else None
-            return MovedRobot(self.address, scene, session, itinerary, stops, attendant.alarm, ask)
+            way = (session, itinerary, stops, attendant.alarm, ask, check.settle_s)
+            return MovedRobot(self.address, scene, *way)
         except (MoveRefusedError, LinkFaultError) as error:
             raise UserError(f"--move: {error}") from error

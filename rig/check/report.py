@@ -116,7 +116,7 @@ def page(r: CheckResult, pictures: Mapping[str, str]) -> str:
     lines += [*(escaped(note) for note in calibration_notes(r)), ""] * bool(r.calibration)
     return "\n".join(
         [
-            *(*lines, *rings, *_self(r), *_doubtful(r), *_mount(r), *readings),
+            *(*lines, *rings, *_self(r), *_timing(r), *_doubtful(r), *_mount(r), *readings),
             *(*_coverage(r), *trials, *_links(r)),
         ]
     )
@@ -153,6 +153,17 @@ def _self(r: CheckResult) -> list[str]:
         *(f"- ring {w.ring}, by a hand: {escaped(_wired(w))}" for w in r.self_check.waved),
         "",
     ]
+
+
+def _timing(r: CheckResult) -> list[str]:
+    """Compare the frames of each ring with its firing schedule."""
+    if not r.timing:
+        return []
+    columns = {"ring": "{0.ring}", "cycle, ms": "{0.cycle_ms:.1f}"}
+    columns |= {"frames a second": "{0.found_hz:.2f}", "by the schedule": "{0.wanted_hz:.2f}"}
+    columns |= {"behind, ms": "{0.late_ms:.1f}", "the ring": "{0.reference}"}
+    columns |= {"sensors seen in their slots": "{0.seen}", "elsewhere or seldom": "{0.named}"}
+    return ["## Firing schedule", "", _table_of(r.timing, columns), ""]
 
 
 def _wired(wave: WavingModel) -> str:

@@ -1,23 +1,27 @@
 """Simulated rig in the cell of a proposal: the robot's true geometry, rings with mounting errors, a
 test rod.
 
-Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED FAULTS
+Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED FAULTS PACES
 
-The process reads messages as JSON from stdin.
+PACES is a JSON list with the pace of each ring; an empty one: all send at a fixed rate. The process
+reads messages as JSON from stdin.
 """
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import TypeAdapter
 
 from ...coverage.choices import Faults
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.built_in import controller_table
 from ...coverage.solids.capsules import Capsules
+from ...formats.firmware.ring_pace import RingPace
 from ...formats.loader import read_proposal
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml, write_text
@@ -28,11 +32,12 @@ from ..sensing.expected import beams_at
 from ..simulated.environment import Measured
 from ..simulated.process import SimulatedRig
 from ..simulated.serve import Rig, serve
-from .ground_truth import injected
+from .ground_truth import injected, late_s
 from .world import World
 
 RATE = 25.0  # frames a second
 FILE = "world.toml"
+_PACES: TypeAdapter[tuple[RingPace, ...]] = TypeAdapter(tuple[RingPace, ...])
 # m: a hand's radius, distance of its centre from a sensor, its depth
 _HAND, _AWAY, _DEEP = 0.04, 0.14, 0.01
 
@@ -97,22 +102,29 @@ _CELL = (
 
 
 def simulated_rig(
-    scene: Scene, setup: Setup, seed: int, folder: Path, faults: Faults = "random"
+    scene: Scene,
+    setup: Setup,
+    seed: int,
+    folder: Path,
+    faults: Faults = "random",
+    paces: Sequence[RingPace] = (),
 ) -> SimulatedRig:
-    """Start a simulated rig of ``setup`` in ``scene`` with these faults, of ``seed``; leave
-    the file of its world in ``folder``.
+    """Start a simulated rig of ``setup`` in ``scene`` with these faults, of ``seed``, whose rings
+    keep these paces, if there are any; leave the file of its world in ``folder``.
     """
     file = folder / FILE
     write_text(file, to_toml(ProposalFile.of(setup, scene)))
-    return SimulatedRig((("-m", __name__), (str(file), str(seed), faults)))
+    text = _PACES.dump_json(tuple(paces)).decode()
+    return SimulatedRig((("-m", __name__), (str(file), str(seed), faults, text)))
 
 
 def main() -> None:
     """Serve a rig with the settings of the command line. Everything is compiled before a client can
     connect, because compilation would delay the controller.
     """
-    folder, address, file, seed, kind = sys.argv[1:]
+    folder, address, file, seed, kind, text = sys.argv[1:]
     faults: Any = kind
+    paces = _PACES.validate_json(text)
     setup, scene, _ = read_proposal(Path(file))
     cell = SimulatedCell(injected(scene, setup, int(seed), faults).world(scene))
     q = scene.poses[0].q
@@ -123,7 +135,19 @@ def main() -> None:
         own = controller_table(scene.robot)
     except ValueError:
         own = None  # no arm of Universal Robots
-    serve(Rig(cell, np.array(q), Path(folder), address, RATE, seed=int(seed), kinematics=own))
+    serve(
+        Rig(
+            cell,
+            np.array(q),
+            Path(folder),
+            address,
+            RATE,
+            seed=int(seed),
+            kinematics=own,
+            paces=paces,
+            late_s=late_s(paces, faults),
+        )
+    )
 
 
 if __name__ == "__main__":

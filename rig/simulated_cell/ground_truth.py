@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.choices import Faults
 from ...coverage.rings.ring import Setup
+from ...formats.firmware.ring_pace import RingPace
 from ...objectives.scene import Scene
 from ...simulation.twin.zone_grid import GridTurn, every_turn, zone_grid, zoned
 from ..mount.cell_frame import turned
@@ -134,6 +135,17 @@ def injected(scene: Scene, setup: Setup, seed: int, faults: Faults = "random") -
         seat[dead] = DEAD
     turns = _turned(rng, setup, dead)
     return Injected(setup, errors, turned, flipped, swapped, pair, dead, seat, turns)
+
+
+def late_s(paces: Sequence[RingPace], faults: Faults) -> tuple[float, ...]:
+    """Return the time by which the cycles of each ring begin late, s: half a cycle for the last
+    ring of the first group that shares slots, if that is the fault; none otherwise.
+    """
+    late = [0.0] * len(paces)
+    shared = [pace.slots for pace in paces if pace.slots is not None and pace.slots.shared]
+    for slots in shared[:1] if faults == "late" else []:
+        late[slots.rings[-1]] = slots.cycle_us / 2e6
+    return tuple(late)
 
 
 def _turned(rng: np.random.Generator, setup: Setup, dead: int | None) -> Int[np.ndarray, " K"]:

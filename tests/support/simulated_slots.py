@@ -38,6 +38,8 @@ class SlottedRun:
     """Edges that began the cycles of each ring's leader, true time, s."""
     runs: Mapping[int, Run]
     """What each ring sent."""
+    clocks: Mapping[int, BoardClock]
+    """Clocks of the rings' boards."""
 
 
 def run_rings(
@@ -76,4 +78,4 @@ def run_rings(
         edges[i] = clocks[i].true(np.array(runs[i].edges))
         for k in range(wiring.count):
             light[i, k] = clocks[i].true(np.array(runs[i].light[k]).reshape(-1, 2))
-    return SlottedRun(light, edges, runs)
+    return SlottedRun(light, edges, runs, clocks)

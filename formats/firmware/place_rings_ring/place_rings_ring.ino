@@ -8,7 +8,8 @@
 // sensor starts between two frames, so that no number of failed sensors silences the ring. Sensors with zones take seconds to start:
 // all start before the first frame, and one that fails stays FAILED until the board restarts.
 //
-// With RING_SLOTS each sensor ranges once in a cycle, in its slot (ring_slots.h), and frames hold the latest readings.
+// With RING_SLOTS each sensor ranges once in a cycle, in its slot (ring_slots.h). Frames hold the latest readings, and the first of a
+// cycle is sent when the cycle begins, so that the times of frames show whether rings are in step.
 
 #include <Wire.h>
 
@@ -112,6 +113,7 @@ void stop(uint8_t i) {
 // Start the sensors that may start now, and stop those that have not ended with their slot.
 void keep_slots() {
   const bool begun = ring_slots::next_cycle();
+  if (begun) due_ms = millis();
   for (uint8_t i = 0; i < COUNT; i++) {
     if (begun) fired[i] = false;
     if (!running[i]) ranging[i] = false;
