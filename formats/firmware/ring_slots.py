@@ -12,7 +12,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from ...coverage.definitions.definition import definition
+from ...coverage.definitions.definition import definition, refuse
 from ...coverage.definitions.field_types import Items
 from ...coverage.electronics.drivers import driver
 from ...coverage.electronics.ring_bus import LEAST_HZ, transfer_s
@@ -24,7 +24,7 @@ _COMMAND = 36  # bytes at most that start a ranging, with addresses and a channe
 _SETTLE_S = 0.3  # s that a check without the schedule lets the robot stand before readings count
 # longer than a cycle, so that no frame is due right before the next one begins
 _SPARE_US = 10_000
-_Micros = Annotated[int, Field(ge=0, le=3_600_000_000)]
+_Micros = Annotated[int, Field(ge=0, le=100_000_000)]
 _Numbers = Annotated[Items[Annotated[int, Field(ge=0, le=1000)]], Field(max_length=1000)]
 
 
@@ -48,6 +48,12 @@ class RingSlots:
     """Whether it raises the clock line of its group."""
     rings: _Numbers
     """Rings of the group."""
+
+    def __post_init__(self) -> None:
+        if len(self.ends_us) != len(self.starts_us):
+            refuse([(("ends_us",), f"{len(self.ends_us)}", f"{len(self.starts_us)}, one a slot")])
+        if (last := max(self.slot, default=0)) >= len(self.starts_us):
+            refuse([(("slot",), f"slot {last}", f"below {len(self.starts_us)}")])
 
     @property
     def shared(self) -> bool:

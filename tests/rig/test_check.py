@@ -255,6 +255,11 @@ H, R = "--robot-host h", "--replay x"
         ("--plan-only --bag", ("--bag",)),
         ("--joints rig.mcap --bag", ("--bag",)),
         ("--rig sim --dry-run", ("--rig", "--dry-run")),
+        (f"{R} --scheduled", ("--scheduled", "--replay")),
+        ("--rig sim --part mount --scheduled", ("--scheduled", "--part self")),
+        ("--plan-only --scheduled", ("--scheduled", "--plan-only")),
+        ("--dry-run --scheduled", ("--scheduled", "--dry-run")),
+        ("--rig sim --injected late", ("--injected", "--scheduled")),
         ("--rig sim --no-browser", ("--no-browser", "--dry-run")),
     ],
 )

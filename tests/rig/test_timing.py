@@ -1,26 +1,39 @@
 """The firing schedule in a check: what it expects of each ring, and the faults that it names."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import place_rings as pr
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.electronics.drivers import DRIVERS
 from place_rings.coverage.electronics.ring_bus import LEAST_HZ
 from place_rings.coverage.rings.ring import Ring, Setup
-from place_rings.formats.firmware.ring_pace import ring_paces
+from place_rings.formats.firmware.ring_pace import RingPace, ring_paces
 from place_rings.formats.firmware.wiring import plan_setup
 from place_rings.objectives.firing.schedule import firing_schedule
 from place_rings.objectives.options import FiringOptions
-from place_rings.rig.check.timing_check import STEP_S, RingFrames, timing_check
+from place_rings.rig.check.options import CheckOptions
+from place_rings.rig.check.report import page
+from place_rings.rig.check.timing_check import (
+    STEP_S,
+    RingFrames,
+    scheduled_paces,
+    timing_check,
+)
 from place_rings.rig.rings.protocol import Status
 from place_rings.rig.simulated.frame_pace import FramePace
+from place_rings.rig.simulated_cell.ground_truth import late_s
 
+from ..support.refusals import refused
 from ..support.simulated_firmware import CODES, COMPILER
 from ..support.simulated_slots import run_rings
-from .paced import frames_of, heard
+from .cell import SCENE as CELL
+from .paced import frames_of, heard, recorded_check
+from .tape import about_file
 
 COMPILED = pytest.mark.skipif(COMPILER is None, reason="no C++ compiler")
 SCENE = pr.Scene.paper().replace(electronics=pr.Electronics(controller="pico"))
@@ -196,6 +209,58 @@ def test_what_cannot_be_seen_is_open():
         found = timing_check(setup, paces, [one, frames])
         assert named(found) == []
         assert [len(ring.open) for ring in found] == [0, 1]
+
+
+RECORDED = facing("vl53l1x", (6, 6, 6))
+
+
+@pytest.mark.parametrize(
+    ("fault", "word"),
+    [({}, ""), ({"lost": 0.3}, ""), ({"late_s": 0.06}, "step"), ({"slower": 1.2}, "slow")],
+)
+def test_a_whole_check_names_the_fault_of_a_ring_and_nothing_else(fault, word, tmp_path):
+    scene = CELL.replace(electronics=SCENE.electronics)
+    paces = paced(RECORDED, scene)
+    assert paces[2].slots.rings == (0, 1, 2)
+    rng = np.random.default_rng(0)
+    result = recorded_check(
+        tmp_path / "paced.rig", scene, RECORDED, paces, rng, {2: dict(fault)}.items()
+    )
+    assert len(result.reasons) == bool(word)
+    assert all(word in reason and "ring 2" in reason for reason in result.reasons)
+    assert result.verdict == ("differs" if word else "as proposed")
+    assert [line.lost > 0 for line in result.lines] == [False, False, "lost" in fault]
+    assert len(result.timing) == 3
+    page_of = page(result, {})
+    assert "Firing schedule" in page_of
+    unscheduled = recorded_check(tmp_path / "free.rig", scene, RECORDED, paces, rng, judge=False)
+    assert (unscheduled.timing, unscheduled.reasons) == ([], [])
+
+
+def test_the_fault_of_the_simulated_rig_is_one_ring_half_a_cycle_late():
+    paces = paced(RECORDED)
+    assert late_s(paces, "none") == late_s(paces, "random") == (0.0, 0.0, 0.0)
+    assert late_s(paces, "late") == (0.0, 0.0, pytest.approx(paces[2].cycle_s / 2))
+    alone = Setup(RECORDED.rings[:1])
+    with refused("--injected late"):
+        scheduled_paces(alone, SCENE, CheckOptions(scheduled=True, injected="late"))
+    assert scheduled_paces(alone, SCENE, CheckOptions()) == ()
+
+
+def test_a_sensor_that_no_firmware_reads_is_refused():
+    scene = SCENE.replace(electronics=pr.Electronics(bus="own"))
+    with refused("--scheduled", '"own"'):
+        scheduled_paces(RECORDED, scene, CheckOptions(scheduled=True))
+
+
+@pytest.mark.parametrize("wrong", ["rings", "sensors"])
+def test_a_recording_with_paces_of_other_rings_is_refused(wrong):
+    scene = CELL.replace(electronics=SCENE.electronics)
+    paces = paced(RECORDED, scene)
+    less = replace(paces[2].slots, slot=paces[2].slots.slot[:-1])
+    others = {"rings": paces[:1], "sensors": (*paces[:2], RingPace(frame_ms=50, slots=less))}
+    with pytest.raises((UserError, ValueError), match="paces"):
+        about_file("paced", scene, RECORDED, None, [], paces=others[wrong])
 
 
 @COMPILED
