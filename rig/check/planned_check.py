@@ -118,6 +118,11 @@ class PlannedCheck:
         return Plans(self.seconds, self.stops, self.trials, self.wave)
 
     @property
+    def cycle_s(self) -> float:
+        """Longest time between two readings of a sensor that fires in slots, s; 0 without one."""
+        return max((p.cycle_s for p in self.paces if p.slots is not None), default=0.0)
+
+    @property
     def settle_s(self) -> float:
         """Time that the robot stands before readings count, s: those of rings that fire in slots
         may be of the way there for longer."""

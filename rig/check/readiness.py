@@ -130,7 +130,8 @@ class Readiness:
             itinerary = Itinerary(scene, setup, start, check.plans.poses, check.seed)
             stops = itinerary.near_stops()
         attendant.show_near_stops(stops, setup, scene)
-        bounds, warning = bounds_of_route(check.scene, setup, stops.joints, self.real)
+        route = (check.scene, setup, stops.joints, self.real, check.cycle_s)
+        bounds, warning = bounds_of_route(*route)
         attendant.show_stopping(bounds, warning)
         session.say("stopping", seconds=bounds[0].seconds, metres=bounds[0].metres)
         waived = self.options.allow_reduced_near_stop

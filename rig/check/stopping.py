@@ -85,19 +85,24 @@ def _turned(frames: Float[np.ndarray, "P F 4 4"], frame: int) -> Float[np.ndarra
     return angle
 
 
-def stop_bounds(link: LinkLimits, motion: Motion, lever: float) -> list[StopBound]:
+def stop_bounds(
+    link: LinkLimits, motion: Motion, lever: float, cycle: float = 0.0
+) -> list[StopBound]:
     """Return the bounds for each kind of event, the near reading first.
 
     Args:
         link: limits of the links.
         motion: limits of the motion.
         lever: m/rad, from ``lever``.
+        cycle: time between two readings of a sensor of a ring that fires in slots, s: a frame may
+            hold a reading that is so much older.
     """
     held_up = link.sign_of_life + link.watchdog + LOOPS
+    reading = cycle + link.oldest_reading + held_up
     times = {
-        NEAR: link.oldest_reading + held_up,
-        "sensors of a ring that fail, more than failed_share": link.oldest_reading + held_up,
-        FROZEN: link.ring_late + motion.frozen_frames * link.ring_silent + held_up,
+        NEAR: reading,
+        "sensors of a ring that fail, more than failed_share": reading,
+        FROZEN: cycle + link.ring_late + motion.frozen_frames * link.ring_silent + held_up,
         "a ring that falls silent": link.oldest_reading + held_up,
         "states of the robot that cease": 2 * link.state_stale + held_up,
         "this program ends or is held up": held_up,
@@ -132,7 +137,11 @@ def slow_enough(near: float, seconds: float, lever: float) -> float:
 
 
 def bounds_of_route(
-    scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"], real: bool
+    scene: Scene,
+    setup: Setup,
+    joints: Float[np.ndarray, "P J"],
+    real: bool,
+    cycle: float = 0.0,
 ) -> tuple[list[StopBound], str | None]:
     """Return the bounds for a route, and a warning if the robot may travel farther than the near
     stop after a reading below it.
@@ -142,13 +151,14 @@ def bounds_of_route(
         setup: the rings.
         joints: (P, J) rad, poses along the route.
         real: whether the robot is real; a simulated one is not warned of.
+        cycle: as in ``stop_bounds``.
 
     Raises:
         UserError: if a real robot may, and a limit is longer than its default; or if it may travel
             that far before it stops for a frozen ring, and ``frozen_frames`` is above its default.
     """
     most = lever(scene, setup, joints)
-    bounds = stop_bounds(scene.link, scene.motion, most)
+    bounds = stop_bounds(scene.link, scene.motion, most, cycle)
     if not real:
         return bounds, None
     motion, frozen = scene.motion, next(b for b in bounds if b.event == FROZEN)

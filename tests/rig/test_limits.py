@@ -120,9 +120,11 @@ def test_a_longer_limit_never_stops_the_robot_sooner(link, name, more):
 
 def test_the_usual_limits_give_these_times():
     """0.1 + 0.25 s until the reading is seen, then 0.2 and 0.2 s of programs held up, 0.03 s; of a
-    frozen ring, six times 0.25 s."""
+    frozen ring, six times 0.25 s. A reading may be a cycle older in a ring that fires in slots."""
     seconds = [bound.seconds for bound in stop_bounds(USUAL_LIMITS, Motion(), 1.0)]
     np.testing.assert_allclose(seconds, [0.78, 0.78, 2.03, 0.78, 0.59, 0.43, 0.2])
+    slotted = [bound.seconds for bound in stop_bounds(USUAL_LIMITS, Motion(), 1.0, cycle=0.2)]
+    np.testing.assert_allclose(np.subtract(slotted, seconds), [0.2] * 3 + [0] * 4, atol=1e-12)
     first = stop_bounds(USUAL_LIMITS, Motion(speed=0.5), 2.0)[0]
     assert first.metres == pytest.approx(2.0 * (0.5 * 0.78 + 0.5**2 / 4))
 

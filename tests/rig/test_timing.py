@@ -32,6 +32,7 @@ from ..support.refusals import refused
 from ..support.simulated_firmware import CODES, COMPILER
 from ..support.simulated_slots import run_rings
 from .cell import SCENE as CELL
+from .commands import call, proposed, result_of
 from .paced import frames_of, heard, recorded_check
 from .tape import about_file
 
@@ -261,6 +262,22 @@ def test_a_recording_with_paces_of_other_rings_is_refused(wrong):
     others = {"rings": paces[:1], "sensors": (*paces[:2], RingPace(frame_ms=50, slots=less))}
     with pytest.raises((UserError, ValueError), match="paces"):
         about_file("paced", scene, RECORDED, None, [], paces=others[wrong])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("injected", "late"), [("none", []), ("late", [2])])
+def test_a_simulated_rig_that_fires_in_slots_is_checked_live(injected, late, tmp_path):
+    pytest.importorskip("rtde_control")
+    scene = CELL.replace(electronics=SCENE.electronics)
+    file, out = proposed(tmp_path, RECORDED, scene), tmp_path / "out"
+    words = ["--rig", "sim", "--scheduled", "--injected", injected, "--part", "self"]
+    assert call("check", file, *words, "--out", out) == len(late)
+    result = result_of(out)
+    assert (named(result.timing), len(result.reasons)) == (late, len(late))
+    assert call("check", "--replay", out / "recording-1.rig", "--out", tmp_path / "again") == len(
+        late
+    )
+    assert result_of(tmp_path / "again") == result
 
 
 @COMPILED
