@@ -18,6 +18,7 @@ from .world import DEAD, World
 
 # minimum of sensors of a ring, to distinguish a swap or a reversed order from a rotation
 _FEWEST = 4
+_LATE = 0.4  # cycles by which a ring loses the step
 
 
 @dataclass(frozen=True)
@@ -138,13 +139,13 @@ def injected(scene: Scene, setup: Setup, seed: int, faults: Faults = "random") -
 
 
 def late_s(paces: Sequence[RingPace], faults: Faults) -> tuple[float, ...]:
-    """Return the time by which the cycles of each ring begin late, s: half a cycle for the last
-    ring of the first group that shares slots, if that is the fault; none otherwise.
+    """Return the time by which the cycles of each ring begin late, s: ``_LATE``
+    for the last ring of the first group that shares slots, if that is the fault; none otherwise.
     """
     late = [0.0] * len(paces)
     shared = [pace.slots for pace in paces if pace.slots is not None and pace.slots.shared]
     for slots in shared[:1] if faults == "late" else []:
-        late[slots.rings[-1]] = slots.cycle_us / 2e6
+        late[slots.rings[-1]] = _LATE * slots.cycle_us / 1e6
     return tuple(late)
 
 

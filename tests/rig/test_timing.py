@@ -238,10 +238,10 @@ def test_a_whole_check_names_the_fault_of_a_ring_and_nothing_else(fault, word, t
     assert (unscheduled.timing, unscheduled.reasons) == ([], [])
 
 
-def test_the_fault_of_the_simulated_rig_is_one_ring_half_a_cycle_late():
+def test_the_fault_of_the_simulated_rig_is_one_ring_that_lost_the_step():
     paces = paced(RECORDED)
     assert late_s(paces, "none") == late_s(paces, "random") == (0.0, 0.0, 0.0)
-    assert late_s(paces, "late") == (0.0, 0.0, pytest.approx(paces[2].cycle_s / 2))
+    assert late_s(paces, "late") == (0.0, 0.0, pytest.approx(0.4 * paces[2].cycle_s))
     alone = Setup(RECORDED.rings[:1])
     with refused("--injected late"):
         scheduled_paces(alone, SCENE, CheckOptions(scheduled=True, injected="late"))
