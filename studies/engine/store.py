@@ -7,13 +7,20 @@ the database's own lock, which ends with the process in every case.
 
 import json
 import sqlite3
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 from ...coverage.definitions.errors import UserError
 
+_UNWRITABLE = (
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_IOERR,
+    sqlite3.SQLITE_READONLY,
+    sqlite3.SQLITE_CANTOPEN,
+)
 _FORM = 1  # version of the table; files of other versions are rejected
 
 
@@ -47,11 +54,12 @@ class Store:
             version: version of the package; results of other versions are measured again.
 
         Raises:
-            UserError: if the file is no such database, or another process holds it.
+            UserError: if the file is no such database, cannot be written, or another process holds
+                it.
         """
         self.file, self._version = file, version
         self.measured = 0
-        try:
+        with self._errors_named():
             self._base = sqlite3.connect(file, timeout=1.0, isolation_level=None)
             self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
             self._base.execute("BEGIN EXCLUSIVE")
@@ -67,16 +75,21 @@ class Store:
                 " seconds REAL NOT NULL, PRIMARY KEY (key, version))"
             )
             self._base.execute(f"PRAGMA user_version = {_FORM}")
+
+    @contextmanager
+    def _errors_named(self) -> Iterator[None]:
+        """Raise UserError, with the file and the reason, where the database fails."""
+        try:
+            yield
         except sqlite3.Error as error:
-            if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
-                raise UserError(
-                    f"{file}: another study is running in this folder; wait for it, or choose"
-                    " another folder"
-                ) from error
-            raise UserError(
-                f"{file}: found a file that is no database of cells ({error}), allowed: one, or no"
-                " file"
-            ) from error
+            code = error.sqlite_errorcode & 0xFF  # without the details of an extended code
+            if code == sqlite3.SQLITE_BUSY:
+                line = "another study is running in this folder; wait for it, or choose another"
+            elif code in _UNWRITABLE:
+                line = f"cannot be written: {error}; what was measured before is kept"
+            else:
+                line = f"found a file that is no database of cells ({error}), allowed: one, or none"
+            raise UserError(f"{self.file}: {line}") from error
 
     def __enter__(self) -> Self:
         return self
@@ -87,20 +100,24 @@ class Store:
     def get(self, cell: Cell) -> Any:
         """Return the result of a cell as JSON data, or None."""
         question = "SELECT result FROM cells WHERE key = ? AND version = ?"
-        found = self._base.execute(question, (cell.key, self._version)).fetchone()
+        with self._errors_named():
+            found = self._base.execute(question, (cell.key, self._version)).fetchone()
         return json.loads(found[0]) if found else None
 
     def put(self, cell: Cell, result: object, seconds: float) -> None:
         """Store the result of a cell, unless there is one already, and count it in ``measured``."""
         text = json.dumps(result, allow_nan=False)
-        self.measured += self._base.execute(
-            "INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)",
-            (cell.key, self._version, text, seconds),
-        ).rowcount
+        with self._errors_named():
+            self.measured += self._base.execute(
+                "INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)",
+                (cell.key, self._version, text, seconds),
+            ).rowcount
 
     def means(self, kind: Callable[[Cell], str]) -> dict[str, float]:
         """Return the mean time in seconds of the cells of each kind, of all versions."""
         seconds: dict[str, list[float]] = {}
-        for key, spent in self._base.execute("SELECT key, seconds FROM cells"):
+        with self._errors_named():
+            rows = self._base.execute("SELECT key, seconds FROM cells").fetchall()
+        for key, spent in rows:
             seconds.setdefault(kind(Cell(*json.loads(key))), []).append(spent)
         return {name: sum(each) / len(each) for name, each in seconds.items()}

@@ -32,6 +32,7 @@ from place_rings.studies.engine.store import Cell, Store
 from place_rings.studies.pareto.study import QUICK_POINTS
 
 from ..support.coarse_study import make_coarse
+from ..support.refusals import refused
 from ..support.rooms import ROOT, imported_files
 
 JSON = st.recursive(
@@ -296,3 +297,16 @@ def test_the_page_of_fronts_grows_and_a_stopped_study_goes_on(tmp_path, monkeypa
     assert len(whole.data) == len((tmp_path / "data.csv").read_text().splitlines()) - 1
     assert len(whole.data) > len(first) - 1
     assert "unfinished" not in whole.page.read_text().splitlines()[2]
+
+
+def test_a_full_disk_is_one_line_and_keeps_what_was_measured(tmp_path):
+    file, first, second = tmp_path / "cells.sqlite", Cell("work", {"n": 1}), Cell("work", {"n": 2})
+    with Store(file, "1") as store:
+        store.put(first, [1.5], 0.1)
+        pages = store._base.execute("PRAGMA page_count").fetchone()[0]
+        store._base.execute(f"PRAGMA max_page_count = {pages}")
+        with refused("cells.sqlite"):
+            store.put(second, ["x" * 100_000], 0.1)
+    with Store(file, "1") as store:
+        assert store.get(first) == [1.5]
+        assert store.get(second) is None
