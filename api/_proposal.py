@@ -275,4 +275,9 @@ def write_proposal(path: Path, file: ProposalFile) -> None:
     Raises:
         UserError: if the file cannot be written.
     """
-    write_text(path, to_toml(file, _HEADING))
+    write_text(path, proposal_text(file))
+
+
+def proposal_text(file: ProposalFile) -> str:
+    """Return a proposal's file as TOML, below its heading."""
+    return to_toml(file, _HEADING)

@@ -7,9 +7,10 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from place_rings._proposal import Proposal, write_proposal
+from place_rings._proposal import Proposal, proposal_text, write_proposal
 from place_rings._search import search
 
+from ...coverage.definitions.errors import UserError
 from ...formats.schema.proposal_models import SearchFile
 from ...formats.writing import output_files, write_text
 from ...objectives.scene import Scene
@@ -73,7 +74,11 @@ def place(scene: Scene, options: SearchOptions, out: Path, as_json: bool) -> Non
             mine = proposal.own_records(comparison)
         paths = {key: str(out / name) for key, name in _FILES.items()}
         record = proposal.search_file(comparison, criterion, paths)
-        write_proposal(new / _FILES["proposal"], record.proposal)
+        try:
+            write_proposal(new / _FILES["proposal"], record.proposal)
+        except UserError:  # a full disk: what was found is not lost
+            sys.stdout.write(proposal_text(record.proposal))
+            raise
         write_text(new / _FILES["result"], record.model_dump_json(indent=2) + "\n")
         captions = [result_caption(r) for r in mine]
         placement_picture(

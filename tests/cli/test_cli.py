@@ -228,6 +228,18 @@ def test_an_interrupt_while_comparing_keeps_the_proposal(run, quick, monkeypatch
     assert read_proposal(tmp_path / "found/proposal.toml")[0].sensors == 12
 
 
+def test_what_a_full_disk_does_not_take_is_printed(run, quick, monkeypatch, tmp_path):
+    def full(path, text):
+        raise UserError(f"{path}: cannot be written: No space left on device")
+
+    monkeypatch.setattr("place_rings._proposal.write_text", full)
+    code, out, err = run(*quick, "--paper")
+    assert code == 2
+    assert "proposal.toml" in err
+    (tmp_path / "kept.toml").write_text(out)
+    assert read_proposal(tmp_path / "kept.toml")[0].sensors == 12
+
+
 def test_schemas_are_json(run):
     for name in ("scene", "proposal", "verify", "robustness", "result", "report", "export"):
         code, out, _ = run("schema", name)
