@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from ._errors import InputError, input_errors, writable
 from ._options import called_with
 from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
+from .coverage.definitions.errors import shown
 from .coverage.soft.sampling import EmptySolidError
 from .viewer.options import ViewOptions
 
@@ -75,6 +76,18 @@ class ViewCall(ViewOptions, SetupCall):
     a notebook or at a prompt."""
 
 
+_OF_URDF = ("packages", "package", "xacro_args")
+
+
+def _check_urdf_options(call: ViewCall) -> None:
+    """Raise InputError if a call says how to read a URDF, but names none."""
+    for name in _OF_URDF if call.urdf is None else ():
+        if given := getattr(call, name):
+            first = given if isinstance(given, str | Path) else next(iter(given))
+            line = f"found {shown(str(first))}, allowed: only with urdf"
+            raise InputError(line, name, others=("urdf",))
+
+
 @called_with(ViewCall)
 def view(call: ViewCall) -> View:
     """Show a setup in a browser: robot, rings, beams, covered and uncovered points.
@@ -83,7 +96,8 @@ def view(call: ViewCall) -> View:
         The running viewer; ``close`` stops it.
 
     Raises:
-        InputError: for a setup that does not fit the scene, or a port that is in use.
+        InputError: for a setup that does not fit the scene, a port that is in use, or
+            ``packages``, ``package`` or ``xacro_args`` without ``urdf``.
 
     Example:
         >>> import place_rings as pr
@@ -96,6 +110,7 @@ def view(call: ViewCall) -> View:
     from .viewer.session import ViewerSession
     from .viewer.triangle_meshes import read_skin
 
+    _check_urdf_options(call)
     name, placed, core = resolve_setup(call.setup, call.scene)
     setups = {name: placed}
     if call.compare is not None:

@@ -93,3 +93,13 @@ def test_what_is_no_question_of_detection_is_refused_under_its_name(found):
         with pytest.raises(pr.InputError) as error:
             call()
         assert error.value.argument == "detect"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("packages", ["folder"]), ("package", {"arm": "x"}), ("xacro_args", {"name": "ur10"})],
+)
+def test_a_view_without_a_urdf_refuses_how_one_is_read(name, value):
+    with pytest.raises(pr.InputError) as error:
+        pr.view("n1_8_0", browser=False, wait=False, **{name: value})
+    assert error.value.argument == name

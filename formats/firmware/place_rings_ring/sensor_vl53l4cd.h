@@ -26,7 +26,8 @@ inline bool start(uint8_t i, uint8_t address) {
   sensor.begin();
   if (sensor.InitSensor(uint8_t(address << 1)) != VL53L4CD_ERROR_NONE) return false;
 #if defined(RING_SLOTS)
-  return sensor.VL53L4CD_SetRangeTiming(RANGING_MS - 5, 1000) == VL53L4CD_ERROR_NONE;  // it is stopped long before the second
+  // It is stopped long before the second ranging, even if the library waits for another sensor to start: twice for a second or two.
+  return sensor.VL53L4CD_SetRangeTiming(RANGING_MS - 5, 10000) == VL53L4CD_ERROR_NONE;
 #else
   if (sensor.VL53L4CD_SetRangeTiming(PERIOD_MS - 5, PERIOD_MS) != VL53L4CD_ERROR_NONE) return false;
   return sensor.VL53L4CD_StartRanging() == VL53L4CD_ERROR_NONE;
