@@ -16,6 +16,8 @@ from place_rings.formats.firmware.ring_pace import RingPace, ring_paces
 from place_rings.formats.firmware.wiring import plan_setup
 from place_rings.objectives.firing.schedule import firing_schedule
 from place_rings.objectives.options import FiringOptions
+from place_rings.rig.check.bag_log import write_bag
+from place_rings.rig.check.check_data import CheckData
 from place_rings.rig.check.options import CheckOptions
 from place_rings.rig.check.report import page
 from place_rings.rig.check.timing_check import (
@@ -24,6 +26,7 @@ from place_rings.rig.check.timing_check import (
     scheduled_paces,
     timing_check,
 )
+from place_rings.rig.recording.recording import RecordingReader
 from place_rings.rig.rings.protocol import Status
 from place_rings.rig.simulated.frame_pace import FramePace
 from place_rings.rig.simulated_cell.ground_truth import late_s
@@ -236,6 +239,23 @@ def test_a_whole_check_names_the_fault_of_a_ring_and_nothing_else(fault, word, t
     assert "Firing schedule" in page_of
     unscheduled = recorded_check(tmp_path / "free.rig", scene, RECORDED, paces, rng, judge=False)
     assert (unscheduled.timing, unscheduled.reasons) == ([], [])
+
+
+def test_files_of_a_rig_show_the_same_as_its_recording(tmp_path):
+    pytest.importorskip("rosbags")
+    scene = CELL.replace(electronics=SCENE.electronics)
+    paces, rng, file = paced(RECORDED, scene), np.random.default_rng(0), tmp_path / "paced.rig"
+    live = recorded_check(file, scene, RECORDED, paces, rng, {2: {"late_s": 0.06}}.items())
+    data = CheckData.replayed(file, thinned=False)
+    bag = write_bag(data.check, data.gathered, RecordingReader(file).epoch, tmp_path)[0]
+    words = ["--joints", tmp_path / bag, "--part", "self", "--scheduled", "--out", tmp_path / "out"]
+    assert call("check", proposed(tmp_path, RECORDED, scene), *words) == 1
+    found = result_of(tmp_path / "out")
+    assert named(found.timing) == named(live.timing) == [2]
+    for here, there in zip(found.timing, live.timing, strict=True):
+        assert here.late_ms == pytest.approx(there.late_ms, abs=5)
+        assert here.found_hz == pytest.approx(there.found_hz, rel=0.01)
+        assert here.seen == there.seen
 
 
 def test_the_fault_of_the_simulated_rig_is_one_ring_that_lost_the_step():
