@@ -170,7 +170,7 @@ class RuinRecreate:
         as if all of a ring were equal."""
         words = some.words[:, last]  # (J, L, W)
         cover = joined(self._cover(some, chosen)[:, None], words)[-1]
-        value = np.bitwise_count(cover).sum(axis=-1).astype(float)
+        value: np.ndarray = np.bitwise_count(cover).sum(axis=-1).astype(float)
         if not self._losing:
             return value
         rings, new = some.words[0, list(chosen)], words[0]  # (R, W), (L, W)
@@ -183,8 +183,8 @@ class RuinRecreate:
         if self._losing == "sensor":
             lost[0] /= some.places.sensors[last]
             lost[1:] /= some.places.sensors[list(chosen), None]
-        worth: np.ndarray = value - lost.max(axis=0)
-        return worth
+        value -= lost.max(axis=0)
+        return value
 
 
 class Gains:
