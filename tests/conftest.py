@@ -87,7 +87,7 @@ settings.register_profile(
     deadline=None,
     derandomize=True,
     print_blob=True,
-    max_examples=15,
+    max_examples=10,
     phases=set(Phase) - {Phase.explain},
 )
 # --hypothesis-profile=thorough: other examples each time, and more of them

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from ..angles import radians_hint
@@ -126,8 +127,9 @@ def shown(value: Any) -> str:
             return f"a {type(value).__name__}"
 
 
+@cache
 def schema_of(model: Any) -> dict[str, Any]:
-    """Return the JSON Schema of a model or definition."""
+    """Return the JSON Schema of a model or definition, made once: change no part of it."""
     from pydantic import TypeAdapter
     from pydantic.json_schema import GenerateJsonSchema
 

@@ -6,6 +6,7 @@ from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
+from jaxtyping import Float
 from pydantic import Field
 
 from ..definitions.definition import definition
@@ -22,7 +23,8 @@ from .law import in_time, per_frame, strength
 SHARES = (0.5, 0.9, 0.99)
 """Shares of frames, or probabilities, for which distances are stated."""
 Mark = Literal["measured", "maker's", "user's", "law", "assumption"]
-_NEAREST, _STEPS = 1e-4, 60  # m, and bisections between it and twice the range
+_NEAREST = 1e-4  # m
+_PLACES, _ROUNDS = 65, 10  # compared at once, and how often they close in on a distance
 _BOUND = 4.0  # distances over the range up to which a piece is sought
 
 
@@ -103,13 +105,15 @@ def detected_range(sensor: Sensor, detection: Detection) -> DetectedRange:
     )
 
 
-def along(of: Detectors, detection: Detection, distance: float) -> tuple[float, float]:
+def along(
+    of: Detectors, detection: Detection, distance: Float[np.ndarray, " N"]
+) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, " N"]]:
     """Return the probability of a frame and that in time for a piece on the axis of a zone, with
-    its front at a distance along the axis of the sensor, m, which looks level."""
+    its front at distances along the axis of the one sensor, m, which looks level."""
     extent, depth = detection.extent, distance + detection.piece.width_m / 2
-    at = InBeam(*(np.array([v]) for v in (depth, *of.middle[0] * depth)))
+    at = InBeam(depth, *(tangent * depth for tangent in of.middle[0]))
     p = per_frame(strength(aspect(at, LEVEL, of, extent), of, extent), of)
-    return float(p[0]), float(in_time(p, of)[0])
+    return p, in_time(p, of)
 
 
 def _detected_to(of: Detectors, detection: Detection, share: float) -> DetectedTo:
@@ -117,13 +121,14 @@ def _detected_to(of: Detectors, detection: Detection, share: float) -> DetectedT
     ends = []
     for i in range(2):
         low, high = nearest, _BOUND * float(of.reach[0]) + nearest
-        if along(of, detection, low)[i] < share:
+        if along(of, detection, np.array([low]))[i][0] < share:
             ends.append(0.0)
             continue
-        for _ in range(_STEPS):
-            middle = (low + high) / 2
-            more = along(of, detection, middle)[i] >= share
-            low, high = (middle, high) if more else (low, middle)
+        for _ in range(_ROUNDS):
+            places = np.linspace(low, high, _PLACES)
+            less = along(of, detection, places[1:-1])[i] < share
+            first = int(np.argmax(np.append(less, True)))
+            low, high = float(places[first]), float(places[first + 1])
         ends.append(low)
     return DetectedTo(share, *ends)
 

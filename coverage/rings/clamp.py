@@ -7,6 +7,7 @@ towards the side to which the beams lean, and the lenses lie in the plane z = 0.
 
 import math
 from dataclasses import astuple, dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -166,7 +167,7 @@ class Clamp:
         widest = max(self.bolt.head, self.bolt.nut + 2 * NUT_CLEARANCE)
         return self.across + widest / 2 + self.wall / 2
 
-    @property
+    @cached_property
     def lug(self) -> tuple[float, float]:
         """Lower and upper end of the ears.
 
@@ -193,7 +194,7 @@ class Clamp:
                 low = max(low, up * c + front * s + slope + _PLUG_GAP)
         return low, low + 2 * self.bolt.widest + self.wall
 
-    @property
+    @cached_property
     def bolted(self) -> float:
         """Distance from the mount axis within which ears and bolts lie."""
         bolt = self.bolt

@@ -49,8 +49,15 @@ def surrounded(robot: Robot, link: str) -> float:
 
     It covers the measured section and the capsules of the
     tube: over the whole usable interval where a capsule's axis passes its middle, otherwise at that
-    middle. A ring on a mount without length surrounds 25 mm on either side of it.
+    middle. A ring on a mount without length surrounds 25 mm on either side of it. It is computed
+    once for a robot's link.
     """
+    if link not in robot.surrounded:
+        robot.surrounded[link] = _surrounded(robot, link)
+    return robot.surrounded[link]
+
+
+def _surrounded(robot: Robot, link: str) -> float:
     mount = robot.mount(link)
     low, high = (end * mount.length for end in mount.usable)
     if mount.length == 0:

@@ -176,6 +176,12 @@ class Robot:
         return int(over[0]) if len(over) else None
 
     @cached_property
+    def surrounded(self) -> dict[str, float]:
+        """Radii that rings on each link surround, m, as far as ``ring_section.surrounded`` has
+        computed them."""
+        return {}
+
+    @cached_property
     def continuous(self) -> Bool[np.ndarray, " J"]:
         """Which joints (J,) turn without end: revolute ones without limits, where limits are known.
 

@@ -112,6 +112,7 @@ class Pocket:
         return least if self.lid is None else np.minimum(least, _lid_floor(self.lid, radius, tilt))
 
 
+@lru_cache(maxsize=256)
 def pockets(board: Board, printing: Printing) -> tuple[Pocket, Pocket]:
     """Return a board's pockets with its narrow side along the ring, and with its wide side; the
     room of plugs belongs to a side."""

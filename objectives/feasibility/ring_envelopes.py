@@ -1,5 +1,7 @@
 """Envelopes of the rings of a scene, and the least distance of two of them on one link."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from ...coverage.rings.clamp import clamp_of
@@ -7,7 +9,8 @@ from ...coverage.rings.ring import Ring
 from ...coverage.rings.ring_envelope import Envelope, envelope_of, hull
 from ...coverage.robots.ring_section import surrounded
 from ...coverage.robots.robot import Mount
-from ...coverage.sensors.boards import NOMINAL
+from ...coverage.sensors.board_packing import Printing
+from ...coverage.sensors.boards import NOMINAL, Board
 from ..link_segments import TILTS
 from ..scene import Scene
 
@@ -28,10 +31,17 @@ def envelopes_by_tilt(scene: Scene, link: str, radius: float) -> list[Envelope]:
     that a search may place on ``link`` with a tilt up to the neighbours in ``TILTS``."""
     board, (low, high) = scene.sensor_of(link).board or NOMINAL, scene.limits_of(link).tilt
     around = surrounded(scene.robot, link)
+    return [*_by_tilt(around, radius, low, high, board, scene.printing)]
+
+
+@lru_cache(maxsize=256)  # a scene is often stated anew, and with it the same rings
+def _by_tilt(
+    around: float, radius: float, low: float, high: float, board: Board, printing: Printing
+) -> tuple[Envelope, ...]:
+    """Return the envelopes of ``envelopes_by_tilt`` between the lowest and the highest tilt, rad,
+    around a tube of radius ``around``, m."""
     tilts = np.linspace(low, high, int((high - low) / _STEP) + 2)
-    ahead = [
-        envelope_of(clamp_of(around, radius, float(tilt), board, scene.printing)) for tilt in tilts
-    ]
+    ahead = [envelope_of(clamp_of(around, radius, float(tilt), board, printing)) for tilt in tilts]
     back = [e.flipped for e in ahead]
     reach, each = float(TILTS[1] - TILTS[0]) + _STEP, list[Envelope]()
     for tilt in np.clip(TILTS, low, high):
@@ -39,7 +49,7 @@ def envelopes_by_tilt(scene: Scene, link: str, radius: float) -> list[Envelope]:
         backwards, forwards = tilt < _LEVEL, tilt > -_LEVEL
         some = [back[i] for i in near if backwards] + [ahead[i] for i in near if forwards]
         each.append(hull(some, _MARGIN))
-    return each
+    return tuple(each)
 
 
 def closable(mount: Mount, around: Envelope) -> tuple[float, float]:

@@ -97,7 +97,7 @@ def run_examples(name):
         assert not runner.run(test).failed, test.name
 
 
-COSTLY = ("coverage_fraction", "improve", "report")
+COSTLY = ("certify", "coverage_fraction", "improve", "report", "safety", "search")
 
 
 @pytest.mark.parametrize("name", [name for name in pr.__all__ if name not in COSTLY])
@@ -174,11 +174,20 @@ def test_robustness_gives_what_the_command_prints(run):
 
 @pytest.fixture(scope="module")
 def proposal():
-    return pr.search(NEAR, sensors=12, any_rings=True, voxel=0.05)
+    return pr.search(PAPER, sensors=12, any_rings=True, voxel=0.05)
 
 
 def test_a_search_saves_what_the_command_writes(run, tmp_path, proposal):
-    options = ("--sensors", 12, "--any-rings", "--voxel", 0.05, "--out", tmp_path / "out")
+    options = (
+        "--paper",
+        "--sensors",
+        12,
+        "--any-rings",
+        "--voxel",
+        0.05,
+        "--out",
+        tmp_path / "out",
+    )
     code, _, _ = run("--target", "V_S:0.5", *options)
     assert code == 0
     theirs = tomllib.loads((tmp_path / "out" / "proposal.toml").read_text())
@@ -225,7 +234,7 @@ def test_a_result_draws_exports_and_shows(tmp_path, proposal):
     assert "data:image/png" in proposal._repr_html_()
     files = proposal.export("json", "csv", folder=tmp_path)
     assert [file.name for file in files] == ["sensors.json", "sensors.csv"]
-    assert pr.verify(tmp_path / "sensors.csv", NEAR, voxel=0.05).coverage == pytest.approx(
+    assert pr.verify(tmp_path / "sensors.csv", PAPER, voxel=0.05).coverage == pytest.approx(
         proposal.coverage, abs=1e-3
     )
     with proposal.view(browser=False, wait=False) as page:
@@ -490,7 +499,8 @@ CASES = {
 def check_gradient(case):
     """Check the slopes of a case against finite differences."""
     scene, setup = CASES[case]
-    both = jax.value_and_grad(fraction_of(setup, scene, pr.sample_points(scene, 256, 1), 0.1))
+    points = pr.sample_points(scene, 256, 1)
+    both = jax.jit(jax.value_and_grad(fraction_of(setup, scene, points, 0.1)))
     values = jnp.asarray(setup.values) + jnp.array([[0.02], [0.01], [0.03]])
     values = values.at[0].set(jnp.clip(values[0], 0.01, 0.99))
     (_, slope), step = both(values), 3e-3  # 32 bit

@@ -115,7 +115,7 @@ RESULTS = {
     "counted": lambda: pr.verify("n1_4_0", NEAR, voxel=0.05, progress=lambda pose: None),
     "proved": lambda: pr.certify("n1_4_0", NEAR, width=20, progress=lambda bracket: None),
     "robust": lambda: pr.robustness("n1_4_0", NEAR, draws=1, voxel=0.1, k=1),
-    "searched": lambda: pr.search(NEAR, sensors=6, voxel=0.1, time=1),
+    "searched": lambda: pr.search(PAPER, sensors=6, voxel=0.1, time=1),
     "scene": lambda: pr.Scene(obstacles=pr.Obstacle(size=[1, 1, 1], centre=[1, 0, 0])),
     "motion": lambda: pr.Trajectory([0, 1], np.zeros((2, 6))),
     "setup": lambda: pr.Setup.named("n1_4_0", pr.sensors["vl53l5cx"]),

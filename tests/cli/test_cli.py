@@ -191,7 +191,7 @@ def quick(monkeypatch):
 
 
 def test_place_leaves_proposal_picture_and_result(run, quick, tmp_path):
-    code, out, _ = run(*quick)
+    code, out, _ = run(*quick, "--paper")
     assert code == 0
     assert "n1_4_0" in out
     assert "found/proposal.toml" in out

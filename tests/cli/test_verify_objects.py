@@ -15,7 +15,7 @@ from ..support.refusals import refused
 VERIFY = ("verify", "n1_4_0", "--voxel", "0.05")
 SCENE = """[[targets]]
 name = "box"
-volume = {{kind = "box", centre = [0.6, 0.0, 0.4], size = [0.2, 0.2, 0.2]}}
+volume = {{kind = "box", centre = [0.6, 0.0, 0.4], size = [0.1, 0.1, 0.1]}}
 largest_gap_mm = {}
 """
 

@@ -38,7 +38,8 @@ def test_shares_of_a_box_are_its_overlaps_with_the_voxels(centre, size, halvings
 @given(st.tuples(places, places, places), places, sizes, st.booleans())
 def test_shares_of_combined_solids_hold_those_of_points(centre, other, radius, union):
     a = Spheres(np.array([centre]), np.array([radius]))
-    b = polyhedra((box((other, 0.0, 0.0), (0.4, 0.5, 0.6)),), np.array([[-2.0] * 3, [2.0] * 3]))
+    centre_b, size_b = np.array([other, 0.0, 0.0]), np.array([0.4, 0.5, 0.6])
+    b = polyhedra((box(centre_b, size_b),), centre_b + np.outer((-1.0, 1.0), size_b / 2))
     solid = Union(a, b) if union else Difference(a, b)
     coarse, fine = voxel_shares(solid, SIDE, 0), voxel_shares(solid, SIDE, 2)
     steps = (np.arange(8) + 0.5) / 8 * SIDE

@@ -106,7 +106,7 @@ def test_the_judge_finds_a_part_that_reaches_into_another(side, x, within):
     assert (count > 0) == within
 
 
-@pytest.mark.parametrize("name", ["ur10", "panda"])
+@pytest.mark.parametrize("name", [pytest.param("ur10", marks=pytest.mark.slow), "panda"])
 def test_printed_rings_overlap_nothing_when_they_are_mounted(name):
     rng = np.random.default_rng([ord(c) for c in name])
     draws = (drawn_proposal(rng, name, most=10) for _ in range(50))

@@ -59,9 +59,9 @@ def facing_rings(model, count=5):
 
 @COMPILED
 def test_exported_sketches_keep_to_the_written_schedule(tmp_path):
-    """By the files alone: five rings, their schedule.csv, and the pairs of the command."""
+    """By the files alone: three rings, their schedule.csv, and the pairs of the command."""
     scene = pr.Scene(sensor=pr.sensors["vl53l1x"], electronics=PICO)
-    setup = Setup.named("n2_16_25", scene.sensor)
+    setup = Setup.named("n1_16_25", scene.sensor)
     pr.export(setup, scene, to="firmware", scheduled=True, folder=tmp_path)
     with (tmp_path / "schedule.csv").open() as file:
         rows = [*csv.DictReader(file)]
@@ -74,7 +74,7 @@ def test_exported_sketches_keep_to_the_written_schedule(tmp_path):
     programs = {i: build_files(tmp_path, one.name, "pico") for i, one in enumerate(folders)}
     ran = run_rings(wirings, np.random.default_rng(0), programs=programs)
     assert together(ran.light, conflicts(record)) == []
-    assert len(start) == 80
+    assert len(start) == 48
     edges = ran.edges[0]
     for key, spans in ran.light.items():
         begun = spans[(spans[:, 0] > BEGUN) & (spans[:, 0] < 6)][:, 0]

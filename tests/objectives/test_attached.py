@@ -129,7 +129,7 @@ def test_the_body_nearest_to_a_blind_spot_may_be_a_tool():
 
 
 @pytest.mark.parametrize("rule", ["centre", "certified"])
-@settings(max_examples=3)
+@settings(max_examples=2)
 @given(ROBOT_NAMES, ANGLES, st.lists(st.tuples(LINKS, POLYHEDRA | CAPSULES), max_size=3), setups(6))
 def test_the_octree_counts_what_a_dense_count_finds(rule, name, deg, solids, setup):
     carried = tuple(Attached(f"a{i}", *s) for i, s in enumerate(solids))

@@ -93,7 +93,7 @@ def counts(scene):
     return each
 
 
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(cells())
 def test_both_frames_state_one_cell(tmp_path_factory, cell):
     folder = tmp_path_factory.mktemp("cell")

@@ -22,7 +22,7 @@ def laid_out(sensor, cell=()):
     return pr.Setup((scene.ring("forearm", 0.4, 8, tilt=0.4),)), scene
 
 
-@settings(max_examples=6)
+@settings(max_examples=4)
 @given(st.sampled_from(LIGHTS), st.none() | st.floats(0.02, 1.0), st.booleans())
 def test_it_is_the_count_of_the_same_layout_with_the_range_on_a_dark_target(light, rho, camera):
     use = Use(light[0], light[1], rho)

@@ -172,7 +172,7 @@ SEEDS = st.integers(0, 2**32)
 
 
 @given(scenes(targets=NEAR, obstacles=CELLS), st.sampled_from(sorted(PIECES)), SEEDS)
-@settings(max_examples=25)
+@settings(max_examples=10)
 def test_bounds_hold_in_every_ball_and_no_shadow_is_lost(drawn, name, seed):
     """Also where a body beyond the sides of a beam hides a part of the piece in it; by the law and
     by both ends of its assumptions, together as alone."""
@@ -251,7 +251,7 @@ LARGER = {
     st.sampled_from(["ignore", "shadow", "blind"]),
     st.lists(st.integers(10, 60), min_size=2, max_size=3),
 )
-@settings(max_examples=30)
+@settings(max_examples=12)
 def test_grows_with_each_of_its_causes(cause, name, k, occlusion, fov_deg):
     sensors = [Sensor(math.radians(f), 1.0, None, math.radians(f / 2), 3) for f in fov_deg]
     scene, setup = scene_of(occlusion), setup_of(*sensors)

@@ -35,7 +35,7 @@ def listed(setup, scene, reach):
     return interference(scene, setup, reach).conflicts(setup.sensors)
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(setup=mixed_setups(6, 3), q=poses(), seed=st.integers(0, 2**32 - 1))
 def test_a_pair_with_a_common_point_in_its_beams_is_listed(setup, q, seed):
     rng = np.random.default_rng(seed)
@@ -47,7 +47,7 @@ def test_a_pair_with_a_common_point_in_its_beams_is_listed(setup, q, seed):
         assert conflicts[i, meets].all()
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(setup=setups(6, 3), q=poses(), cell=CELLS, seed=st.integers(0, 2**32 - 1))
 def test_a_pair_that_meets_on_a_body_is_listed(setup, q, cell, seed):
     """Points of a body that one sensor sees, and that lie in the other's angle at any distance."""

@@ -106,7 +106,7 @@ def test_slopes_are_central_differences(setup, case, rng):
 def test_the_share_of_points_tends_to_the_exact_count():
     scene = pr.Scene(robot="ur5e", targets=[pr.Near(0.3)], sensor=pr.sensors["vl53l1x"])
     setup, detection = ring_layout(scene, 1, 8), Detection()
-    _, exact = judge(Verifier(scene, 0.02), setup, Criterion(detection=detection))
+    _, exact = judge(Verifier(scene, 0.03), setup, Criterion(detection=detection))
     for count in (512, 8192):
         points = pr.sample_points(scene, count)
         share = float(pr.coverage_fraction(setup, scene, points, detect=detection))

@@ -87,7 +87,7 @@ def dense(scene, target, voxel):
     return weight, Verifier(scene, voxel).seen(SETUP, 0)(centres) <= 0
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(FIELDS)
 def test_count_is_the_dense_sum(field):
     target = near(field)
@@ -149,7 +149,7 @@ def test_a_field_of_0_and_1_cuts_the_target(corner, cells):
     assert (found.zeta, found.target_voxels) == (expected.zeta, expected.target_voxels)
 
 
-@settings(max_examples=3)
+@settings(max_examples=2)
 @given(FIELDS)
 def test_certified_interval_holds_the_dense_share(field):
     target = near(field)

@@ -140,19 +140,22 @@ def test_the_command_shows_prices_and_the_fewest_rings(placed):
     assert f"{40 * rings + 300} EUR" in out
 
 
-def test_the_command_places_the_stated_number_of_rings(placed):
-    for options, sensors, each in (
-        (("--rings", "4", "--sensors", "21"), 21, None),
+@pytest.mark.parametrize(
+    ("options", "sensors", "each"),
+    [
+        pytest.param(("--rings", "4", "--sensors", "21"), 21, None, marks=pytest.mark.slow),
         (("--rings", "3", "--sensors-per-ring", "7"), 21, [7, 7, 7]),
-        (("--rings", "2"), 32, [16, 16]),
-        (("--sensors", "24", "--any-rings"), 24, None),
-    ):
-        record, _ = placed(*options)
-        counts = [ring["count"] for ring in record["proposal"]["rings"]]
-        assert sum(counts) == sensors
-        assert len(counts) == int(options[1]) or "--rings" not in options
-        assert each is None or counts == each
-        assert record["gap"] is record["fewest_rings"] is None
+        pytest.param(("--rings", "2"), 32, [16, 16], marks=pytest.mark.slow),
+        pytest.param(("--sensors", "24", "--any-rings"), 24, None, marks=pytest.mark.slow),
+    ],
+)
+def test_the_command_places_the_stated_number_of_rings(placed, options, sensors, each):
+    record, _ = placed(*options)
+    counts = [ring["count"] for ring in record["proposal"]["rings"]]
+    assert sum(counts) == sensors
+    assert len(counts) == int(options[1]) or "--rings" not in options
+    assert each is None or counts == each
+    assert record["gap"] is record["fewest_rings"] is None
 
 
 def test_rings_in_python(monkeypatch):

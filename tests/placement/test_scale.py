@@ -43,7 +43,10 @@ SHORT = (
 SEEDS = st.integers(0, 2**31)
 
 
-@pytest.mark.parametrize(("scene", "rings", "sensors"), [(FREE, 40, 400), (REAL, 18, 300)])
+@pytest.mark.parametrize(
+    ("scene", "rings", "sensors"),
+    [pytest.param(FREE, 40, 400, marks=pytest.mark.slow), (REAL, 18, 300)],
+)
 def test_a_search_with_dozens_of_rings_keeps_all_rules(scene, rings, sensors):
     result = search(Space(scene, sensors=sensors, rings=rings), schedule=SHORT, voxel=0.1)
     assert len(result.setup.rings) == rings

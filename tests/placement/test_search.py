@@ -104,7 +104,7 @@ def test_effort_multiplies_the_candidates(scene, found, effort):
     assert other.setup.sensors == found.setup.sensors
 
 
-@pytest.mark.parametrize("occlusion", ["ignore", "blind"])
+@pytest.mark.parametrize("occlusion", ["ignore", pytest.param("blind", marks=pytest.mark.slow)])
 def test_never_worse_than_a_known_setup_and_the_papers_tilts(occlusion):
     scene = replace(Scene.paper(targets=NEAR_AND_FAR), occlusion=occlusion)
     space, known = Space(scene, ring_layout(scene, 2, 6)), named_setup("n2_6_40")

@@ -132,7 +132,7 @@ def test_files_of_each_kind_hold_all_readings(taped, tmp_path, kind):
     assert steps == wanted
 
 
-@pytest.mark.parametrize("kind", ["csv", "bag"])
+@pytest.mark.parametrize("kind", [pytest.param("csv", marks=pytest.mark.slow), "bag"])
 def test_a_check_from_files_alone_finds_what_the_live_check_found(taped, tmp_path, kind):
     live, out = taped.found.result, tmp_path / "out"
     words = ["check", taped.folder / "small.toml", "--plan", taped.folder, "--voxel", "0.1"]

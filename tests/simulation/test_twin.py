@@ -21,7 +21,7 @@ from ..rig.cell import SCENE, SETUP, SQUARE
 from ..strategies.rings import poses
 from ..support.refusals import refused
 
-few = settings(max_examples=8, deadline=None)
+few = settings(max_examples=4, deadline=None)
 L5CX = effective(Use("vl53l5cx")).sensor
 EMPTY = pr.Scene(robot="ur10")
 

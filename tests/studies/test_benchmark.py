@@ -246,7 +246,7 @@ def command(*words):
     return 0
 
 
-@settings(max_examples=20)
+@settings(max_examples=8)
 @given(
     st.lists(
         st.tuples(

@@ -32,7 +32,7 @@ def test_a_sphere_is_reported_where_it_reaches_into_a_cone(radius, depth, turn):
         assert (reports(twin, 0, there) > 0) == seen
 
 
-@pytest.mark.parametrize("model", ["vl53l1x", "vl53l5cx"])
+@pytest.mark.parametrize("model", [pytest.param("vl53l1x", marks=pytest.mark.slow), "vl53l5cx"])
 def test_no_zone_reports_the_largest_unseen_sphere_and_some_zone_a_larger_one(model):
     each = spheres(study.scene_keys("ur10", model), "n2_8_25", "V_S", 0.5, places=10, seed=0)
     one = SphereTrials(**each)

@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+_STATEMENTS = ("body", "orelse", "handlers", "finalbody", "cases")
 FRONT = "api"  # the room that is installed as place_rings itself
 
 
@@ -56,12 +57,16 @@ def shaped_modules(root: Path = ROOT) -> list[str]:
 def imports(path: Path) -> tuple[tuple[int, str, tuple[str, ...]], ...]:
     """Of each import in a file how many dots it begins with, its module, and its names."""
     found: list[tuple[int, str, tuple[str, ...]]] = []
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    nodes: list[ast.AST] = [ast.parse(path.read_text("utf-8"))]
+    while nodes:
+        node = nodes.pop(0)
         if isinstance(node, ast.Import):
             found += [(0, alias.name, ()) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             names = tuple(alias.name for alias in node.names)
             found.append((node.level, node.module or "", names))
+        for part in _STATEMENTS:  # an expression imports nothing
+            nodes += getattr(node, part, ())
     return tuple(found)
 
 

@@ -20,7 +20,7 @@ _jaxtyped = jaxtyping.jaxtyped  # the decorator itself, which check_once replace
 _passed: dict[CodeType, set[Hashable]] = {}  # also of functions that are made anew in each call
 _calls: dict[CodeType, "count[int]"] = {}
 _LONG = 16  # elements of a list that are compared each
-_FIRST, _EVERY = 400, 32  # calls of a function that are all looked at; then one of so many
+_FIRST, _EVERY = 64, 32  # calls of a function that are all looked at; then one of so many
 
 
 class _UnknownError(Exception):
