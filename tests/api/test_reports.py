@@ -99,7 +99,10 @@ def test_ctrl_c_returns_the_changes_until_then():
     assert stopped.coverage >= stopped.before
 
 
-@pytest.mark.parametrize("moving", [False, True], ids=["pose", "motion"])
+@pytest.mark.parametrize(
+    "moving",
+    [pytest.param(False, marks=pytest.mark.slow, id="pose"), pytest.param(True, id="motion")],
+)
 def test_safety_gives_what_the_command_prints(run, tmp_path, moving):
     rows = "".join(
         f"{t},{','.join(map(repr, q.tolist()))}\n"

@@ -99,7 +99,7 @@ def drawn(name, pose, tools):
     return robot.with_attached(tuple(tools)), pose[: len(robot.chain)]
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(ROBOT_NAMES, poses(LONGEST), RADII, TOOLS, GENERATORS)
 def test_a_point_belongs_to_it_if_it_is_within_the_distance_of_a_body_but_not_in_one(
     name, pose, radius, tools, rng

@@ -197,7 +197,7 @@ starts = st.sampled_from(
 
 
 # https://github.com/Kinovarobotics/ros2_kortex: addresses of the machine on which xacro ran
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(starts, st.sampled_from(["share", "src", "install/arm/share"]), st.booleans(), st.data())
 def test_absolute_addresses_of_another_machine_are_found_by_their_package(
     tmp_path_factory, start, above, doubled, data

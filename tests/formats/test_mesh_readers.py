@@ -248,7 +248,7 @@ def test_gltf_needs_no_compression_no_loops_and_only_files_beside_it(tmp_path):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(seed=drawing.seeds, share=st.floats(0, 1), flip=st.booleans())
 def test_a_damaged_file_is_refused_or_a_finite_mesh(kind, seed, share, flip):
     """Cut at a byte, or with some bytes overwritten. Of a cut OBJ the rest is a mesh, too."""

@@ -255,7 +255,7 @@ def test_what_cannot_be_read_is_one_line(lift, more, parts):
 
 
 @given(st.binary(max_size=300))
-@settings(max_examples=30)
+@settings(max_examples=15)
 def test_any_text_is_read_or_refused(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("any") / "any.xml"
     path.write_bytes(b"<mujoco>" + data + b"</mujoco>")

@@ -194,7 +194,7 @@ def test_meshes_are_found_where_the_user_allows(folder, tmp_path):
         Meshes(path, [tmp_path / "nowhere"])
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_drawn_urdfs_move_as_mujoco_says(tmp_path_factory, seed):
     """Any axes, coinciding joints, fixed joints between."""

@@ -148,7 +148,7 @@ def least_period(problem):
     return tried([])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(problem=problems())
 def test_slots_are_apart_and_no_longer_than_the_exact_ones(problem):
     result, least = slots(problem), least_period(problem)
@@ -160,7 +160,7 @@ def test_slots_are_apart_and_no_longer_than_the_exact_ones(problem):
     assert problem.bound <= least + 1e-9
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(setup=setups(8, 3), q=poses())
 @example(setup=pr.Setup.named("n1_16_0"), q=np.zeros(6))
 def test_quick_slots_of_setups_are_within_a_fifth_of_the_exact_ones(setup, q):

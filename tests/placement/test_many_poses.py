@@ -62,7 +62,7 @@ def few(monkeypatch):
 
 
 @pytest.mark.usefixtures("few")
-@pytest.mark.parametrize("how", ["mean", "worst"])
+@pytest.mark.parametrize("how", [pytest.param("mean", marks=pytest.mark.slow), "worst"])
 def test_a_search_counts_all_poses_in_the_end(how):
     scene, told = scene_of(6, over_poses=how), []
     layout, verifier = ring_layout(scene, 2, 8), Verifier(scene, 0.1)

@@ -131,7 +131,7 @@ def test_a_profile_holds_the_beam_and_closes(sensor):
     assert enclosed == pytest.approx(profile.volume, rel=0.02)
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_no_prices_make_a_field_steeper_than_stated(seed):
     rng = np.random.default_rng(seed)

@@ -57,7 +57,7 @@ def best_of_all(asked):
     return max(asked.share(np.array(s, int)) for s in subsets if asked.allowed(np.array(s, int)))
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_bounds_enclose_the_best_choice(seed):
     rng = np.random.default_rng(seed)
