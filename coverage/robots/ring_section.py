@@ -52,9 +52,9 @@ def surrounded(robot: Robot, link: str) -> float:
     middle. A ring on a mount without length surrounds 25 mm on either side of it. It is computed
     once for a robot's link.
     """
-    if link not in robot.surrounded:
-        robot.surrounded[link] = _surrounded(robot, link)
-    return robot.surrounded[link]
+    if link not in robot._surrounded:
+        robot._surrounded[link] = _surrounded(robot, link)
+    return robot._surrounded[link]
 
 
 def _surrounded(robot: Robot, link: str) -> float:

@@ -176,7 +176,7 @@ class Robot:
         return int(over[0]) if len(over) else None
 
     @cached_property
-    def surrounded(self) -> dict[str, float]:
+    def _surrounded(self) -> dict[str, float]:
         """Radii that rings on each link surround, m, as far as ``ring_section.surrounded`` has
         computed them."""
         return {}
