@@ -5,8 +5,9 @@ Pages run side by side, one on each core; the blocks of a page run in order, in 
 its own. A TOML block whose first line is a
 comment with a file name (``# cell.toml``) is written to that file. A ``text`` block right after a
 block quotes its output: every line must appear, in order. There … stands for anything, and numbers
-may differ by one percent, as a search may end slightly elsewhere on another processor. To leave out
-a block that needs a rig or many minutes, put a comment in the line above it:
+may differ by one percent, as a search may end slightly elsewhere on another processor. What JAX
+compiles for one block serves the others. To leave out a block that needs a rig or many minutes, put
+a comment in the line above it:
 <!-- no-run: REASON -->
 
 Usage: python .ci/docs.py [PAGE ...]; without pages: the README, all pages of docs/, and the build.
@@ -34,11 +35,15 @@ _ANY_FENCE = re.compile(
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 _LOADED = re.compile(r"<(?:script|img|link|iframe)\b[^>]*\b(?:src|href)=\"(?:https?:)?//[^\"]*\"")
 _LIMIT = 600  # s, time limit of a block
+_LONGEST = 10  # blocks that are listed at the end
 _ENVIRONMENT = os.environ | {
     "PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"])),
     "PYTHONSAFEPATH": "1",
     "MPLBACKEND": "agg",
     "COLUMNS": "125",
+    "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.1",
+    # compiles in half the time, as in the tests
+    "XLA_FLAGS": os.environ.get("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false"),
 }
 
 
@@ -124,9 +129,12 @@ def processor_seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def run(page: Path) -> tuple[int, int]:
-    """Run a page's blocks; return how many ran and how many were left out."""
+def run(page: Path, compiled: str) -> tuple[dict[str, float], int]:
+    """Run a page's blocks with a folder for what JAX compiles; return the processor time of those
+    that ran, and how many were left out.
+    """
     name, all_blocks = page.relative_to(ROOT), blocks(page.read_text())
+    seconds: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
         for block in all_blocks:
             if block.reason:
@@ -134,13 +142,13 @@ def run(page: Path) -> tuple[int, int]:
             if block.language == "toml":
                 (Path(folder) / _FILE.match(block.text)[1]).write_text(block.text)
                 continue
-            _run_block(block, f"{name}:{block.line}", folder)
-    ran = sum(block.reason is None for block in all_blocks)
-    return ran, len(all_blocks) - ran
+            where = f"{name}:{block.line}"
+            seconds[where] = _run_block(block, where, folder, compiled)
+    return seconds, sum(block.reason is not None for block in all_blocks)
 
 
-def _run_block(block: Block, where: str, folder: str) -> None:
-    """Run one block in a folder.
+def _run_block(block: Block, where: str, folder: str, compiled: str) -> float:
+    """Run one block in a folder; return its processor time.
 
     Raises:
         SystemExit: if it fails or does not print the quoted output.
@@ -150,7 +158,7 @@ def _run_block(block: Block, where: str, folder: str) -> None:
     done = subprocess.run(
         [*(python if block.language == "python" else bash), block.text],
         cwd=folder,
-        env=_ENVIRONMENT,
+        env=_ENVIRONMENT | {"JAX_COMPILATION_CACHE_DIR": compiled},
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
@@ -160,7 +168,9 @@ def _run_block(block: Block, where: str, folder: str) -> None:
         raise SystemExit(f"{where}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}")
     if block.quoted and (line := missing(block.quoted, done.stdout)) is not None:
         raise SystemExit(f"{where}: quoted output is missing: {line}\n{done.stdout}")
-    print(f"{where}: {processor_seconds() - began:.0f} processor seconds", flush=True)
+    spent = processor_seconds() - began
+    print(f"{where}: {spent:.0f} processor seconds", flush=True)
+    return spent
 
 
 def build() -> None:
@@ -193,18 +203,25 @@ def main() -> None:
     asked = [Path(page).resolve() for page in sys.argv[1:]]
     if not asked:
         build()
-    with ProcessPoolExecutor() as pool:  # a process for each, as each counts its children's seconds
-        futures = [pool.submit(run, page) for page in asked or pages()]
+    seconds: dict[str, float] = {}
+    left = 0
+    # a process for each, as each counts its children's seconds
+    with tempfile.TemporaryDirectory() as compiled, ProcessPoolExecutor() as pool:
+        futures = [pool.submit(run, page, compiled) for page in asked or pages()]
         try:
-            counts = [future.result() for future in futures]
+            for future in futures:
+                ran, unrun = future.result()
+                seconds |= ran
+                left += unrun
         finally:
             pool.shutdown(cancel_futures=True)
-    ran, left = (sum(each) for each in zip(*counts, strict=True))
-    if not ran:
+    if not seconds:
         raise SystemExit("docs: no block to run")
+    longest = sorted(seconds, key=lambda where: -seconds[where])[:_LONGEST]
+    print("docs: longest:", ", ".join(f"{where} {seconds[where]:.0f} s" for where in longest))
     print(
-        f"docs: {ran} blocks ran, {left} left out with a reason; {processor_seconds():.0f}"
-        " processor seconds"
+        f"docs: {len(seconds)} blocks ran, {left} left out with a reason;"
+        f" {processor_seconds():.0f} processor seconds"
     )
 
 

@@ -8,7 +8,8 @@ from typing import Any
 from sphinx.application import Sphinx
 
 _OUTSIDE = re.compile(
-    r"(?<!!)\[([^\]\n]+)\]\(((?:\.\./)+(?:results/|README|CHANGELOG|benchmarks)[^)#\s]*)[^)\s]*\)"
+    r"(?<!!)\[((?!!)[^\]\n]+)\]"
+    r"\(((?:\.\./)+(?:results/|README|CHANGELOG|benchmarks)[^)#\s]*)[^)\s]*\)"
 )
 
 

@@ -12,9 +12,11 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import place_rings as pr
 
@@ -92,26 +94,33 @@ def robot(folder: Path) -> Path:
     return folder / "robot.png"
 
 
-def viewer(folder: Path) -> Path:
-    """Take a picture of the viewer's page."""
+@contextmanager
+def viewed(setup: str | pr.Setup, scene: pr.Scene, size: tuple[int, int]) -> Iterator[Any]:
+    """Open the viewer's page in Chromium; yield Playwright's tab when it is drawn."""
     from playwright.sync_api import sync_playwright
 
-    scene = pr.Scene(targets=[pr.Shell(0.5), pr.Shell(1.5), pr.ReachAndToolSpheres()])
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     with (
-        pr.view("n3_16_55", scene, browser=False, wait=False) as page,
+        pr.view(setup, scene, browser=False, wait=False) as page,
         sync_playwright() as playwright,
     ):
         browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
-        tab = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        tab = browser.new_page(viewport={"width": size[0], "height": size[1]})
         tab.goto(page.url)
         tab.get_by_text("ζ in %").first.wait_for()
         tab.wait_for_timeout(DRAWN)
         for notice in tab.locator(".mantine-Notification-closeButton").all():
             notice.click()  # of drawing without a graphics card
         tab.wait_for_timeout(1000)
-        tab.screenshot(path=folder / "viewer.png")
+        yield tab
         browser.close()
+
+
+def viewer(folder: Path) -> Path:
+    """Take a picture of the viewer's page."""
+    scene = pr.Scene(targets=[pr.Shell(0.5), pr.Shell(1.5), pr.ReachAndToolSpheres()])
+    with viewed("n3_16_55", scene, SIZE) as tab:
+        tab.screenshot(path=folder / "viewer.png")
     return folder / "viewer.png"
 
 
