@@ -47,7 +47,7 @@ from ...reporting.tables import (
     result_caption,
     ring_table,
 )
-from ...reporting.terminal import Terminal, say_json
+from ...reporting.terminal import Terminal, say_json, say_lines
 from ...reporting.text import counted
 
 _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
@@ -77,7 +77,7 @@ def place(scene: Scene, options: SearchOptions, out: Path, as_json: bool) -> Non
         try:
             write_proposal(new / _FILES["proposal"], record.proposal)
         except UserError:  # a full disk: what was found is not lost
-            sys.stdout.write(proposal_text(record.proposal))
+            say_lines(proposal_text(record.proposal))
             raise
         write_text(new / _FILES["result"], record.model_dump_json(indent=2) + "\n")
         captions = [result_caption(r) for r in mine]

@@ -26,7 +26,6 @@ from ...reporting.lines.results import (
     sensor_lines,
     worst_line,
 )
-from ...reporting.plot_by_pose import plot_by_pose
 from ...reporting.tables import (
     count_error_line,
     coverage_tables,
@@ -54,6 +53,8 @@ def verify(
     coverage = _counted(subject, options, question, certificate)
     results = list(coverage.records)
     if by_pose is not None:
+        from ...reporting.plot_by_pose import plot_by_pose  # loads matplotlib
+
         plot_by_pose(results, scene, by_pose)
     if as_json:
         say_json(json_of(results if len(results) > 1 else results[0]))

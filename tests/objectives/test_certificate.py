@@ -78,7 +78,7 @@ def test_checker_derives_the_stated_interval(name: str, tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def proof(tmp_path_factory: pytest.TempPathFactory) -> File:
     path = tmp_path_factory.mktemp("certificate") / "proof.npz"
-    certified(path, "n1_2_40", 20.0, occlusion="shadow", targets=[pr.Shell(0.5)])
+    certified(path, "n1_8_0", 8.0, occlusion="shadow", targets=[pr.Shell(0.5)])
     with np.load(path, allow_pickle=False) as file:
         return dict(file)
 
@@ -137,7 +137,7 @@ def _inside_as_outside(file: File) -> None:
 
 def _other_sensor(file: File) -> None:
     k = np.flatnonzero(file["claim_0"] == 1)[0]
-    file["by_0"][k] = (file["by_0"][k] + 2) % 6
+    file["by_0"][k] = (file["by_0"][k] + 4) % 24
 
 
 def _levels_below_none(file: File) -> None:
