@@ -224,13 +224,15 @@ def bracket(
     slack = SLACK * max(scale(target), scale(seen))
     start = first_cells(leaves(target) + leaves(seen), box, unit, 0)
     threshold = 100 * width * width * volume  # an interval about a hundred times as wide
+    fine = width * volume / 100  # small enough to call a target empty
     work = _Pass(target, seen, unit, threshold, 0.5, slack, threading.Event(), weights, keep)
     interval: Bracket | None = None
     for passes in itertools.count(1):
         try:
             tally = _run(work, start, interval.cells if interval else 0)
             before, interval = interval, tally.bracket(passes, unit, width)
-            if interval.volume_low == 0 and interval.volume_high < _EMPTY * volume:
+            lost = interval.volume_low == 0 and interval.volume_high < _EMPTY * volume
+            if lost and work.threshold <= fine:
                 raise ValueError(
                     "the target is empty or too thin: no part of its volume is certain"
                 )
@@ -239,6 +241,9 @@ def bracket(
             if interval is None:
                 raise
             return interval
+        if lost:  # what is left may be smaller than these cells
+            work = replace(work, threshold=fine)
+            continue
         stuck = before is not None and tally.level == 0 and interval.width > 0.99 * before.width
         if interval.reached or not threshold > 0 or stuck:
             return interval

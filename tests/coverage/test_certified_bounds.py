@@ -195,6 +195,17 @@ def test_an_empty_target_is_refused():
         bracket(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 1.0))
 
 
+@pytest.mark.parametrize("radius", [0.03, 0.05, 0.08])
+def test_a_thin_target_is_not_empty(radius):
+    """A rod across its box, no part of which is certain in the first, large cells."""
+    ends = np.array([[-0.5] * 3]), np.array([[0.5] * 3])
+    volume = math.pi * radius**2 * (math.sqrt(3) + 4 / 3 * radius)
+    for width in (0.01, 0.005):
+        b = bracket(Capsules(*ends, np.array([radius])), sphere([0.3, 0.2, 0.3], 0.5), width)
+        assert b.reached
+        assert b.volume_low <= volume <= b.volume_high
+
+
 def test_sums_of_many_cells_hold_their_rounding():
     """Adding less than half a unit in the last place, over and over, changes nothing; the bounds
     allow for it.
