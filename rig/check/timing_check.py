@@ -78,11 +78,12 @@ class RingFrames:
         kept = [i for i, frame in enumerate(frames) if frame.era == last and recent[i]]
         mine = [frames[i] for i in kept]
         steps = np.diff([frame.sequence for frame in mine], prepend=[f.sequence for f in mine[:1]])
+        shape = (len(mine), len(mine[0].distance) if mine else 0)
         return RingFrames(
             times[kept],
             np.cumsum(steps % (1 << 16)).astype(int),
-            np.array([frame.distance for frame in mine]).reshape(len(mine), -1),
-            np.array([frame.status for frame in mine], int).reshape(len(mine), -1),
+            np.array([frame.distance for frame in mine]).reshape(shape),
+            np.array([frame.status for frame in mine], int).reshape(shape),
             bool(mine) and not any(np.isnan(frame.clock) for frame in mine),
         )
 

@@ -209,7 +209,7 @@ def test_what_cannot_be_seen_is_open():
     one = heard(frames_of(paces[0], 6, rng), rng)
     other = heard(frames_of(paces[1], 6, rng, seconds=0.3), rng)
     deaf = RingFrames(**vars(one) | {"clocked": False})
-    for frames in (other, deaf):
+    for frames in (other, deaf, heard([], rng)):
         found = timing_check(setup, paces, [one, frames])
         assert named(found) == []
         assert [len(ring.open) for ring in found] == [0, 1]
