@@ -209,7 +209,7 @@ def main() -> None:
     left = 0
     # a process for each, as each counts its children's seconds
     with tempfile.TemporaryDirectory() as compiled, ProcessPoolExecutor() as pool:
-        # tutorials take longest and stand last: they begin, so that no core waits for one at the end
+        # tutorials take longest and stand last: they begin, so that no core waits in the end
         futures = [pool.submit(run, page, compiled) for page in asked or pages()[::-1]]
         try:
             for future in futures:
