@@ -19,9 +19,11 @@ from ...coverage.electronics.ring_bus import LEAST_HZ, transfer_s
 from ...coverage.rings.ring import Setup
 from ...objectives.firing.schedule import FiringGroup, FiringSchedule
 
+SETTLE_S = 0.3
+"""Time that a check lets the robot stand before readings count, s, if no reading may be older: an
+arm still swings after arrival."""
 _EDGES_US, _CRYSTALS = 100, 1e-4  # interrupts of an edge on two rings; difference of their crystals
 _COMMAND = 36  # bytes at most that start a ranging, with addresses and a channel's selection
-_SETTLE_S = 0.3  # s that a check without the schedule lets the robot stand before readings count
 # longer than a cycle, so that no frame is due right before the next one begins
 _SPARE_US = 10_000
 _Micros = Annotated[int, Field(ge=0, le=100_000_000)]
@@ -120,10 +122,10 @@ def slot_notes(setup: Setup, schedule: FiringSchedule) -> list[str]:
                 f"{rings}: all sensors range at once, although some may disturb each other: the"
                 f" library of the {', '.join(free)} starts no single ranging"
             )
-        elif group.period_s > _SETTLE_S:
+        elif group.period_s > SETTLE_S:
             notes.append(
                 f"{rings}: readings are up to {1000 * group.period_s:.0f} ms old; check with"
-                f" --scheduled, which waits for them: else it reads {1000 * _SETTLE_S:.0f} ms after"
+                f" --scheduled, which waits for them: else it reads {1000 * SETTLE_S:.0f} ms after"
                 " the robot has stopped, when its first readings may be of the way there"
             )
     return notes

@@ -1,7 +1,6 @@
 """Models of proposals, of the searches that produced them, and of ``result.json``."""
 
 from collections.abc import Sequence
-from functools import cache
 from typing import Any, Self
 
 from pydantic import Field, model_validator
@@ -36,15 +35,8 @@ _ENDS = ("low_percent", "high_percent")
 
 def _lean(keys: dict[str, Any], model: type, edited: Sequence[str] = ()) -> Any:
     """Return the keys of a table without those that have the default of ``model``."""
-    known = _properties(model)
+    known = schema_of(model)["properties"]
     return {k: v for k, v in keys.items() if k in edited or v != known[k].get("default", ...)}
-
-
-@cache
-def _properties(model: type) -> dict[str, Any]:
-    """Return the keys of a model or definition, in its JSON Schema."""
-    keys: dict[str, Any] = schema_of(model)["properties"]
-    return keys
 
 
 def _lean_zeta(keys: dict[str, Any]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.joint_values import angles_apart
+from ...formats.firmware.ring_slots import SETTLE_S
 from ...objectives.scene import Scene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import STEP, NearStops, joined
@@ -29,7 +30,7 @@ from ..sensing.readings import WITHIN
 from ..session.session import Session
 from ..session.stop_conditions import StopConditions, StopRules
 from ..simulated.process import SimulatedRig, SimulationError
-from .planned_check import SETTLE, ring_names
+from .planned_check import ring_names
 from .procedure import EndedError
 
 _LOOK = 0.1  # s
@@ -65,7 +66,7 @@ class MovedRobot:
         route: NearStops,
         alarm: Callable[[str], None],
         ask: Ask | None = None,
-        settle: float = SETTLE,
+        settle: float = SETTLE_S,
     ) -> None:
         self._ask, self._settle = ask, settle
         limits, motion, setup = scene.robot.limits, scene.motion, itinerary.clearance.setup
@@ -149,7 +150,7 @@ class GuidedRobot:
     """A robot that a person brings to each pose with the pendant; nothing is sent to it. It then
     stands for ``settle`` s before readings count."""
 
-    def __init__(self, session: Session, ask: Ask, settle: float = SETTLE) -> None:
+    def __init__(self, session: Session, ask: Ask, settle: float = SETTLE_S) -> None:
         self._session, self._ask, self._settle = session, ask, settle
 
     def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:

@@ -11,6 +11,7 @@ from ...coverage.definitions.errors import explain
 from ...coverage.definitions.field_types import Items
 from ...coverage.rings.ring import Setup
 from ...formats.firmware.ring_pace import RingPace
+from ...formats.firmware.ring_slots import SETTLE_S
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.versions import FROM_FILE
 from ...objectives.scene import Scene
@@ -20,7 +21,6 @@ from ..rod.trial_plan import RodPlanFile
 from ..simulated_cell.ground_truth import Injected, injected
 from .plans import Plans
 
-SETTLE = 0.3  # s that a robot stands before readings count: an arm still swings after arrival
 _Text = Annotated[str, Field(max_length=1000)]
 
 
@@ -126,7 +126,7 @@ class PlannedCheck:
     def settle_s(self) -> float:
         """Time that the robot stands before readings count, s: those of rings that fire in slots
         may be of the way there for longer."""
-        return max([SETTLE, *(pace.oldest_s for pace in self.paces)])
+        return max([SETTLE_S, *(pace.oldest_s for pace in self.paces)])
 
     @property
     def injected(self) -> Injected | None:

@@ -104,7 +104,8 @@ def timing_check(
     combs = {
         i: frame_comb(rings[i].time, cycle, paces[i])
         for i, cycle in enumerate(found)
-        if cycle is not None and rings[i].clocked and _keeps_rate(cycle, paces[i])
+        if paces[i].slots and cycle is not None and rings[i].clocked
+        if _keeps_rate(cycle, paces[i])
     }
     late = _out_of_step(paces, combs)
     return [_judged(setup, i, paces[i], rings[i], found[i], combs, late) for i in range(len(rings))]
@@ -148,7 +149,7 @@ def _judged(
     outside, repeating, seen = list[int](), list[int](), 0
     if rate is None:
         open_.append(f"{name}: too few frames to compare with the firing schedule")
-    elif i in combs and pace.slots is not None:
+    elif i in combs:
         outside, repeating, seen = _sensors(pace, ring, combs[i])
     elif pace.slots is not None and not ring.clocked:
         open_.append(f"{name}: its frames have no clock: only their rate was compared")
