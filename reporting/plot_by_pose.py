@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from ..objectives.scene import Scene
 from ..objectives.verified import Verified
@@ -37,6 +38,8 @@ def plot_by_pose(results: Sequence[Verified], scene: Scene, file: Path) -> None:
         title = f"{record.setup}, {target_label(record)}: {percent(record, record.rule)} %"
         plain(ax, f"{title} as a mean over {len(x)} poses", y="ζ, %")
     rows[-1].set_xlabel("time in the motion, s" if moving else "pose")
+    if not moving:
+        rows[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     save(figure, file)
 
 

@@ -38,6 +38,7 @@ def test_the_curve_holds_each_pose_and_lies_in_its_band(rule, moving, tmp_path, 
     worst = ax.lines[-1].get_xydata()[0]
     assert worst[1] == curve[:, 1].min()
     assert math.isclose(ax.lines[1].get_ydata()[0], 100 * counted.each[0].zeta)
+    assert moving or all(tick == round(tick) for tick in ax.get_xticks())
 
 
 def test_a_picture_is_shown_and_written(tmp_path):
