@@ -47,19 +47,32 @@ def verify(
 ) -> None:
     """Print the coverage of a setup for the targets of its scene and, with a question of detection,
     its answer."""
-    scene, setup, name = subject.scene, subject.setup, subject.name
+    scene = subject.scene
     if by_pose is not None and len(scene.poses) < 2:
         raise UserError("--plot-by-pose: found one pose, allowed: several; add --trajectory FILE")
     coverage = _counted(subject, options, question, certificate)
     results = list(coverage.records)
+    if as_json:
+        say_json(json_of(results if len(results) > 1 else results[0]))
+    else:
+        _show(subject, options, results, certificate)
     if by_pose is not None:
         from ...reporting.plot_by_pose import plot_by_pose  # loads matplotlib
 
         plot_by_pose(results, scene, by_pose)
-    if as_json:
-        say_json(json_of(results if len(results) > 1 else results[0]))
-        return
+        if not as_json:
+            Terminal().lines(f"Coverage at each pose: {by_pose}")
+
+
+def _show(
+    subject: ResolvedSetup,
+    options: VerifyOptions,
+    results: list[Verified],
+    certificate: Path | None,
+) -> None:
+    """Print the records as tables, and lines on what they mean."""
     console = Terminal()
+    scene, setup, name = subject.scene, subject.setup, subject.name
     sensors, where = {name: setup.sensors}, f"{_place(scene)}, {_how(options)}"
     for table in coverage_tables(results, sensors, where):
         console.print(table)
@@ -82,8 +95,6 @@ def verify(
     more += detection_lines(results, scene, setup)
     if certificate is not None:
         more.append(f"Certificate: {certificate}; examples/certificate/check.py checks it.")
-    if by_pose is not None:
-        more.append(f"Coverage at each pose: {by_pose}")
     console.lines(record_line(scene), *protective_lines(results, setup), *more)
 
 

@@ -204,6 +204,7 @@ def test_place_leaves_proposal_picture_and_result(run, quick, tmp_path):
     assert record_of(out).covered_voxels == file.zeta[0].covered_voxels
 
 
+@pytest.mark.slow
 def test_a_search_for_redundancy_says_what_it_aimed_at(run, quick, tmp_path):
     assert run(*quick, "--redundancy", "2", "--paper")[0] == 0
     file = read_proposal(tmp_path / "found/proposal.toml")[2]

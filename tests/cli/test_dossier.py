@@ -111,6 +111,7 @@ def test_python_writes_what_the_command_writes(run, folder):
     assert UR10.name == ours["robot"]
 
 
+@pytest.mark.slow
 def test_a_dossier_has_what_was_asked_of_detection(run, folder):
     scene = folder / "scene.toml"
     scene.write_text(SCENE + '[[targets]]\nname = "V_N"\nradius = 0.05\nlargest_gap_mm = 100\n')

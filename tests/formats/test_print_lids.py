@@ -176,6 +176,7 @@ def lie_in_envelope(scene: Scene, ring: Ring, lids) -> None:
     assert plain.outer <= around.outer + 1e-12
 
 
+@pytest.mark.slow
 def test_rings_with_lids_that_a_search_draws_overlap_nothing_on_the_robot():
     rng = np.random.default_rng(3)
     draws = (drawn_proposal(rng, "panda", cover=True, most=6) for _ in range(50))

@@ -61,8 +61,11 @@ SCENES = {
 }
 
 
+LONG = ("cones", "two targets and two poses")
+
+
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "cones")) for n in SCENES]
+    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n in LONG)) for n in SCENES]
 )
 def test_checker_derives_the_stated_interval(name: str, tmp_path: Path) -> None:
     path = tmp_path / "proof.npz"

@@ -127,6 +127,7 @@ def placed(run, tmp_path, monkeypatch):
     return call
 
 
+@pytest.mark.slow
 def test_the_command_shows_prices_and_the_fewest_rings(placed):
     record, out = placed("--sensors", "24", "--within", "5")
     rings = len(record["proposal"]["rings"])

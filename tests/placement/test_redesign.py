@@ -267,6 +267,7 @@ def test_a_setup_that_breaks_rules_is_bettered_within_them():
     assert [a.setup for a in again.steps] == [a.setup for a in found.steps]
 
 
+@pytest.mark.slow
 def test_an_interrupt_keeps_what_is_found(monkeypatch):
     real, calls = beam.wait, []
 
