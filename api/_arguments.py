@@ -5,9 +5,11 @@ import warnings
 from collections.abc import Callable
 from functools import wraps
 from numbers import Real
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 from ._errors import InputError
+from .coverage.definitions.errors import shown
 from .coverage.definitions.options import Whole
 
 P = ParamSpec("P")
@@ -50,6 +52,16 @@ def stepwise(progress: Callable[[int, int], None] | None, total: int) -> Callabl
 
     tell()
     return tell
+
+
+def refuse_without_urdf(call: Any, *names: str) -> None:
+    """Raise InputError if a call has one of these arguments, which say how to read a URDF, but no
+    ``urdf``."""
+    for name in names if call.urdf is None else ():
+        if given := getattr(call, name):
+            first = given if isinstance(given, str | Path) else next(iter(given))
+            line = f"found {shown(str(first))}, allowed: only with urdf"
+            raise InputError(line, name, others=("urdf",))
 
 
 def whole(name: str, value: Any, least: int, most: float = math.inf) -> None:

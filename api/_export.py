@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from ._arguments import refuse_without_urdf
 from ._errors import InputError, input_errors, new_files
 from ._options import called_with
 from ._validation import SetupCall, resolve_setup
@@ -59,9 +60,7 @@ class ExportCall(ExportOptions, SetupCall):
             if kind not in kinds and (given := getattr(self, name)) not in (None, False, 0):
                 line = f"found {shown(given)}, allowed: only with to {kind}"
                 raise InputError(line, name, others=("to",))
-        if self.xacro_args and self.urdf is None:
-            line = f"found {shown(next(iter(self.xacro_args)))}, allowed: only with urdf"
-            raise InputError(line, "xacro_args", others=("urdf",))
+        refuse_without_urdf(self, "xacro_args")
         return kinds
 
 

@@ -9,10 +9,10 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ._arguments import refuse_without_urdf
 from ._errors import InputError, input_errors, writable
 from ._options import called_with
 from ._validation import SetupCall, SetupLike, check_scene, resolve_setup
-from .coverage.definitions.errors import shown
 from .coverage.soft.sampling import EmptySolidError
 from .viewer.options import ViewOptions
 
@@ -76,18 +76,6 @@ class ViewCall(ViewOptions, SetupCall):
     a notebook or at a prompt."""
 
 
-_OF_URDF = ("packages", "package", "xacro_args")
-
-
-def _check_urdf_options(call: ViewCall) -> None:
-    """Raise InputError if a call says how to read a URDF, but names none."""
-    for name in _OF_URDF if call.urdf is None else ():
-        if given := getattr(call, name):
-            first = given if isinstance(given, str | Path) else next(iter(given))
-            line = f"found {shown(str(first))}, allowed: only with urdf"
-            raise InputError(line, name, others=("urdf",))
-
-
 @called_with(ViewCall)
 def view(call: ViewCall) -> View:
     """Show a setup in a browser: robot, rings, beams, covered and uncovered points.
@@ -110,7 +98,7 @@ def view(call: ViewCall) -> View:
     from .viewer.session import ViewerSession
     from .viewer.triangle_meshes import read_skin
 
-    _check_urdf_options(call)
+    refuse_without_urdf(call, "packages", "package", "xacro_args")
     name, placed, core = resolve_setup(call.setup, call.scene)
     setups = {name: placed}
     if call.compare is not None:

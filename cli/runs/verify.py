@@ -47,8 +47,7 @@ def verify(
 ) -> None:
     """Print the coverage of a setup for the targets of its scene and, with a question of detection,
     its answer."""
-    scene = subject.scene
-    if by_pose is not None and len(scene.poses) < 2:
+    if by_pose is not None and len(subject.scene.poses) < 2:
         raise UserError("--plot-by-pose: found one pose, allowed: several; add --trajectory FILE")
     coverage = _counted(subject, options, question, certificate)
     results = list(coverage.records)
@@ -57,9 +56,7 @@ def verify(
     else:
         _show(subject, options, results, certificate)
     if by_pose is not None:
-        from ...reporting.plot_by_pose import plot_by_pose  # loads matplotlib
-
-        plot_by_pose(results, scene, by_pose)
+        coverage.plot_by_pose(by_pose)
         if not as_json:
             Terminal().lines(f"Coverage at each pose: {by_pose}")
 

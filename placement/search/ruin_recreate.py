@@ -108,15 +108,14 @@ class RuinRecreate:
         costs = rng.uniform(*_PRICES) * here.value / max(self._space.free, 1) * sensors
         cover, gains = self._cover(some, chosen), Gains(some.words)
         apart = some.spans.apart(np.array(chosen, int))
-        while int(sensors[chosen].sum()) < self._space.free:
-            free = apart & self._affordable(sensors, chosen)[sensors]
+        while (left := self._space.free - int(sensors[chosen].sum())) > 0:
+            free = apart & self._affordable(left, len(chosen))[sensors]
             free &= self._open(some, chosen)
             if not free.any():
                 return None
-            left = self._space.free - int(sensors[chosen].sum())
             if self._losing == "ring" and (sensors[free] == left).all():
                 last = np.flatnonzero(free)
-                best = int(last[self._values(some, chosen, last).argmax()])
+                best = int(last[self._values(some, chosen, last, cover).argmax()])
             elif self._losing == "ring":
                 blurred = gains.all(cover) * rng.uniform(_BLURRED, 1.0, len(free))
                 best = int(np.argmax(np.where(free, blurred - costs, -np.inf)))
@@ -135,14 +134,11 @@ class RuinRecreate:
         free: np.ndarray = on_segment[some.places.segment] & on_link[some.link]
         return free
 
-    def _affordable(
-        self, sensors: Int[np.ndarray, " M"], chosen: Sequence[int]
-    ) -> Bool[np.ndarray, " C"]:
+    def _affordable(self, left: int, chosen: int) -> Bool[np.ndarray, " C"]:
         """Return for which sizes of a ring, from 0 sensors, the rings and sensors that are left
-        allow the rest."""
+        allow the rest, after a number of chosen rings."""
         space, allowed = self._space, np.zeros(self._most + 1, bool)
-        left = space.free - int(sensors[chosen].sum())
-        rings = (space.rings or space.places) - len(chosen) - 1
+        rings = (space.rings or space.places) - chosen - 1
         if rings < 0:
             return allowed
         fewest = rings if space.rings else min(rings, 1)
@@ -161,16 +157,21 @@ class RuinRecreate:
         """Return the value of a combination."""
         if not len(chosen):
             return float(np.bitwise_count(some.held[-1]).sum())
-        return float(self._values(some, chosen[:-1], np.array(chosen[-1:], int))[0])
+        last, cover = np.array(chosen[-1:], int), self._cover(some, chosen[:-1])
+        return float(self._values(some, chosen[:-1], last, cover)[0])
 
     def _values(
-        self, some: RingLibrary, chosen: Sequence[int], last: Int[np.ndarray, " L"]
+        self,
+        some: RingLibrary,
+        chosen: Sequence[int],
+        last: Int[np.ndarray, " L"],
+        cover: UInt64[np.ndarray, "J W"],
     ) -> Float[np.ndarray, " L"]:
-        """Return the value of a combination with each of some last places; where sensors are lost,
-        as if all of a ring were equal."""
+        """Return the value of a combination, of a known cover, with each of some last places; where
+        sensors are lost, as if all of a ring were equal."""
         words = some.words[:, last]  # (J, L, W)
-        cover = joined(self._cover(some, chosen)[:, None], words)[-1]
-        value: np.ndarray = np.bitwise_count(cover).sum(axis=-1).astype(float)
+        together = joined(cover[:, None], words)[-1]
+        value: np.ndarray = np.bitwise_count(together).sum(axis=-1).astype(float)
         if not self._losing:
             return value
         rings, new = some.words[0, list(chosen)], words[0]  # (R, W), (L, W)
