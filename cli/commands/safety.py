@@ -60,7 +60,12 @@ def safety(
     ] = False,
     facts: Annotated[
         Path | None,
-        Parameter(help="TOML file of your own statements for the dossier; its fields stay open."),
+        Parameter(
+            help=(
+                "TOML file of your own statements for the dossier, which are quoted and not"
+                " checked. Default: none; their fields stay open."
+            )
+        ),
     ] = None,
     out: Annotated[
         Path,
