@@ -3,6 +3,7 @@ with the rules as its constraints.
 """
 
 import math
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -194,7 +195,7 @@ def _climbed(
         if soft > top and rules.excess(values)[0].max(initial=0.0) <= 2 * _TOLERANCE:
             best, top = values, soft
         if brake.on():
-            optimizer.force_stop()
+            stopped.force_stop()
         return soft
 
     def excess(result: np.ndarray, step: np.ndarray, slope: np.ndarray) -> None:
@@ -203,6 +204,8 @@ def _climbed(
             slope[:] = rules.along(by)
 
     optimizer = nlopt.opt(nlopt.LD_SLSQP, len(begin))
+    # nlopt holds `value`, where the garbage collector cannot look: a cycle would never be freed
+    stopped = weakref.proxy(optimizer)
     optimizer.set_exceptions_enabled(False)
     low = np.minimum(np.maximum(rules.low, -effort.far), 0.0)
     high = np.maximum(np.minimum(rules.high, effort.far), 0.0)

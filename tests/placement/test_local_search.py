@@ -1,6 +1,9 @@
 """Local search keeps the rules, is never below its start, and ends where no allowed step helps."""
 
+import gc
 import math
+import weakref
+from contextlib import suppress
 from functools import cache
 
 import numpy as np
@@ -68,6 +71,34 @@ def starts(draw):
         RingConstraints.of(where, *space.box(c), decode(where, space.values(c))),
         rng,
     )
+
+
+class Broken(Bowl):
+    """A soft coverage that ends the climb by an error after some values."""
+
+    left = 3
+
+    def value_and_slope(self, arrays, values, width, sample):
+        self.left -= 1
+        if not self.left:
+            raise ArithmeticError
+        return super().value_and_slope(arrays, values, width, sample)
+
+
+@pytest.mark.parametrize("kind", [Bowl, Broken])
+def test_a_climb_holds_nothing_once_it_has_ended(kind):
+    """nlopt holds the function that it calls, in which the garbage collector cannot look."""
+    space = real(False)
+    c = fresh(space, np.random.default_rng(1))
+    arrays, where = space.arrays(c)
+    rules = RingConstraints.of(where, *space.box(c), decode(where, space.values(c)))
+    bowl = kind(rules.start + 0.1)
+    with suppress(ArithmeticError, SystemError):  # nlopt makes one of the other
+        climb(bowl, arrays, rules, NO_POINTS, running())
+    left = weakref.ref(bowl)
+    del bowl
+    gc.collect()
+    assert left() is None
 
 
 @settings(max_examples=20)
