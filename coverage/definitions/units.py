@@ -8,6 +8,7 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable, Iterator
+from inspect import get_annotations
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 from pydantic import Field
@@ -239,10 +240,11 @@ def as_in_file(value: C) -> C:
 def with_keys(cls: type) -> dict[str, str]:
     """State the keys of a class's fields with units as their aliases, for pydantic, and return the
     key of each field with a unit, of the class and its bases."""
-    units, own = units_in(cls), vars(cls).get("__annotations__", {})
+    units, own = units_in(cls), get_annotations(cls)
     for name, unit in units.items():
         if unit.key and name in own:
             own[name] = Annotated[own[name], Field(alias=unit.key)]
+    cls.__annotations__ = own  # from Python 3.14 on the class has no dictionary of its own before
     return {name: unit.key or name for name, unit in units.items()}
 
 

@@ -11,7 +11,7 @@ from nbclient import NotebookClient
 from ..support.rooms import ROOT
 
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
-SLOW = ("own_robot", "place", "twin")
+SLOW = ("twin",)
 RUN = [pytest.param(p, marks=[pytest.mark.slow] * (p.stem in SLOW), id=p.stem) for p in NOTEBOOKS]
 
 
