@@ -10,6 +10,7 @@ from jaxtyping import Float
 from pydantic import Field
 
 from ..coverage.definitions.definition import Fault, definition, refuse
+from ..coverage.definitions.equality import equal_fields
 from ..coverage.definitions.field_types import FARTHEST, Items
 from ..coverage.definitions.units import Degrees, degrees
 from ..coverage.robots.joint_values import (
@@ -44,6 +45,8 @@ class Pose:
     """Time in the recorded motion, s; None if the pose is not from a record."""
     rate: Float[np.ndarray, " J"] | None = None
     """Joint speeds, rad/s or m/s; None if unknown."""
+
+    __eq__ = equal_fields
 
     @staticmethod
     def of(robot: Robot, joints: Mapping[str, float], weight: float = 1.0) -> "Pose":

@@ -16,6 +16,7 @@ from itertools import accumulate
 import numpy as np
 from jaxtyping import Float
 
+from ..definitions.equality import equal_fields
 from .kinematics import Chain, dh_transform, forward, transform
 
 _EQUAL = 1e-12  # m and rad; a calibration that changes less is none
@@ -53,6 +54,8 @@ class DhTable:
     """Length along z, m."""
     alpha: Float[np.ndarray, " 6"]
     """Turn about x, rad."""
+
+    __eq__ = equal_fields
 
     def __add__(self, more: "DhTable") -> "DhTable":
         return DhTable(

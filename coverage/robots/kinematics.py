@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..arrays import Array, Vector, namespace
+from ..definitions.equality import equal_fields
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,8 @@ class Chain:
     mimics: tuple[Mimic, ...] = ()
     """The joints that follow others. They keep their place among the J values; what stands there
     is replaced by what their leaders state."""
+
+    __eq__ = equal_fields
 
     def __len__(self) -> int:
         return len(self.joints)

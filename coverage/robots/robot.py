@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..definitions.definition import Fault, refuse
+from ..definitions.equality import equal_fields
 from ..solids.capsules import Capsules
 from ..solids.polyhedra import Polyhedron
 from .attached import Attached, CarriedPolyhedron, named, refuse_file
@@ -45,6 +46,8 @@ class Mount:
     """How far a ring may rely on the section: high, medium or low; empty if not assessed."""
     basis: str = ""
     """Reason for the confidence."""
+
+    __eq__ = equal_fields
 
     @cached_property
     def side(self) -> Float[np.ndarray, " 3"]:
@@ -144,6 +147,8 @@ class Robot:
     """The robot without ``attached``; None if nothing is attached."""
     calibration: Calibration | None = None
     """Source of the chain, if it is this arm's own and not the model's. Set by ``calibrated``."""
+
+    __eq__ = equal_fields
 
     def __repr__(self) -> str:
         joints, links = len(self.chain), ", ".join(self.links)

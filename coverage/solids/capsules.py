@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, Index, Numbers, dot, root, rows
+from ..definitions.equality import equal_fields
 from ..pytrees import tree
 from .segments import from_segment, point_to_segment
 from .tangent_bounds import RoundParts
@@ -24,6 +25,8 @@ class Capsules(RoundParts):
     """Ends of the axes, (..., N, 3) m."""
     radius: Any
     """Radii, (N,) m; a number for a single capsule."""
+
+    __eq__ = equal_fields
 
     def __len__(self) -> int:
         return self.start.shape[-2]

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import Array, Index, Vector, dot, namespace
+from ..definitions.equality import equal_fields
 from ..pytrees import tree
 from .base import CubePairs
 from .tangent_bounds import TangentParts, under_planes
@@ -41,6 +42,8 @@ class Polyhedron:
     """Ends of the edges, m."""
     faces: Int[Array, "E 2"]
     """The two faces that meet at each edge."""
+
+    __eq__ = equal_fields
 
     def __call__(self, points: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
         """Return the implicit function (...) m: at most 0 inside, 1-Lipschitz."""
@@ -236,6 +239,8 @@ class Polyhedra(TangentParts):
     """Offsets of the planes, m."""
     box: Float[Array, "2 3"]
     """Box that contains all evaluated points, m; bodies such as a floor are unbounded."""
+
+    __eq__ = equal_fields
 
     def __len__(self) -> int:
         return len(self.offset)

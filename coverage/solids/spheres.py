@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, Index, Vector, rows
+from ..definitions.equality import equal_fields
 from ..pytrees import tree
 from .base import Part, Points, Quadrics
 from .quadrics import within
@@ -22,6 +23,8 @@ class Spheres(RoundParts):
     """Centres, m."""
     radius: Float[Array, " K"]
     """Radii, m."""
+
+    __eq__ = equal_fields
 
     def __len__(self) -> int:
         return self.centre.shape[0]

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from pydantic import Field
 
 from ..definitions.definition import definition
+from ..definitions.equality import equal_fields
 from ..definitions.field_types import Metres
 from ..robots.kinematics import arm_base, forward, joint_origins
 from ..robots.link_bodies import carried_polyhedra, robot_capsules
@@ -55,6 +56,8 @@ class PosedRobot:
     rate: Float[np.ndarray, " J"] | None
     """Joint speeds, rad/s, for V_P; None if unknown."""
     safety: Safety
+
+    __eq__ = equal_fields
 
     @cached_property
     def curve(self) -> PoseCurve:

@@ -16,8 +16,10 @@ from place_rings.coverage.definitions.definition import adapter, definition, ref
 from place_rings.coverage.definitions.errors import InputError, explain
 from place_rings.coverage.definitions.field_types import Coordinate, Items, Metres, Pair, Point
 from place_rings.coverage.definitions.units import Degrees, Percent
+from place_rings.coverage.robots.built_in import robot
 from place_rings.coverage.robots.separation_distance import Safety
 from place_rings.objectives.motion_limits import Motion
+from place_rings.objectives.scene import Scene
 from pydantic import Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import rebuild_dataclass
 
@@ -206,3 +208,14 @@ def test_an_array_of_the_wrong_shape_is_shown_by_its_shape():
 def test_more_arguments_than_fields_are_one_line():
     with pytest.raises(InputError, match="Pad: arguments: found 9, allowed: at most 7 by position"):
         Pad(1.0, 0.0, (), None, (), (0.0, 0.0, 0.0), 1, 9)
+
+
+def test_what_holds_arrays_is_compared_by_their_values():
+    ur10 = robot("ur10")
+    chain = ur10.chain
+    copied = replace(chain, origin=chain.origin.copy(), axis=chain.axis.copy())
+    assert copied is not chain
+    assert Scene(robot=replace(ur10, chain=copied)) == Scene(robot=ur10)
+    assert replace(ur10, chain=replace(chain, axis=-chain.axis)) != ur10
+    assert replace(ur10, home=None) != ur10 != replace(ur10, home=ur10.home + 0.1)
+    assert ur10 != "ur10"
