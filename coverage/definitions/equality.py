@@ -11,10 +11,10 @@ import numpy as np
 
 def equal_fields(self: Any, other: object) -> bool:
     """Return whether two instances of one class have equal fields: a class's ``__eq__``."""
-    if type(other) is not type(self):
-        return NotImplemented
     names = [field.name for field in dataclasses.fields(self) if field.compare]
-    return all(_equal(getattr(self, name), getattr(other, name)) for name in names)
+    return self.__class__ is other.__class__ and all(
+        _equal(getattr(self, name), getattr(other, name)) for name in names
+    )
 
 
 def _equal(one: Any, other: Any) -> bool:
