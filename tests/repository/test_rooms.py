@@ -164,7 +164,8 @@ def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
     homes = packages_distributions()  # on Python 3.13 there is no ur-rtde
     homes |= {f"rtde_{part}": ["ur-rtde"] for part in ("control", "receive")}
     homes |= {"mujoco": ["mujoco"]}  # its parts install into one folder
-    homes |= dict.fromkeys(("backports", "compression"), ["backports.zstd"])  # by version of Python
+    # the one until Python 3.13, the other in the standard library from 3.14 on
+    homes |= {name: ["backports.zstd"] for name in ("backports", "compression")}
     by_room = {}
     for _, path in modules():
         tops = others(path) - sys.stdlib_module_names - {"place_rings", "pydantic_core"}
