@@ -61,20 +61,29 @@ class Store:
         self.measured = 0
         with self._errors_named():
             self._base = sqlite3.connect(file, timeout=1.0, isolation_level=None)
-            self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
-            self._base.execute("BEGIN EXCLUSIVE")
-            self._base.execute("COMMIT")  # the lock stays
-            form = self._base.execute("PRAGMA user_version").fetchone()[0]
-            tables = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-            if form != _FORM and tables:
-                raise UserError(
-                    f"{file}: found a database of form {form}, allowed: form {_FORM}, or no file"
-                )
-            self._base.execute(
-                "CREATE TABLE IF NOT EXISTS cells (key TEXT, version TEXT, result TEXT NOT NULL,"
-                " seconds REAL NOT NULL, PRIMARY KEY (key, version))"
+        try:
+            with self._errors_named():
+                self._begin()
+        except BaseException:
+            self._base.close()
+            raise
+
+    def _begin(self) -> None:
+        """Lock the file, and make the table if it is new."""
+        self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
+        self._base.execute("BEGIN EXCLUSIVE")
+        self._base.execute("COMMIT")  # the lock stays
+        form = self._base.execute("PRAGMA user_version").fetchone()[0]
+        tables = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+        if form != _FORM and tables:
+            raise UserError(
+                f"{self.file}: found a database of form {form}, allowed: form {_FORM}, or no file"
             )
-            self._base.execute(f"PRAGMA user_version = {_FORM}")
+        self._base.execute(
+            "CREATE TABLE IF NOT EXISTS cells (key TEXT, version TEXT, result TEXT NOT NULL,"
+            " seconds REAL NOT NULL, PRIMARY KEY (key, version))"
+        )
+        self._base.execute(f"PRAGMA user_version = {_FORM}")
 
     @contextmanager
     def _errors_named(self) -> Iterator[None]:
