@@ -127,7 +127,7 @@ class OccludedBeams(Parts):
     def shares(self, pairs: CubePairs) -> VolumeFraction:
         """See ``Parts.shares``: the share of the cone, outside dark intervals and shadows."""
         each, value, normal = self.cones.each_share(pairs)
-        points, _, index, _, side, slack = pairs
+        points, _, index, _, side, slack, _ = pairs
         if np.isfinite(self.late[..., 0]).any():
             v = points - rows(self.cones.apex, index)
             away = np.sqrt(dot(v, v))

@@ -56,6 +56,8 @@ class CubePairs(NamedTuple):
     """Side of the cubes, m."""
     slack: float
     """Rounding error of an implicit function, m."""
+    curved: bool = True
+    """Whether bounds may follow the curvature of surfaces, instead of tangent planes only."""
 
     def only(self, k: Int[np.ndarray, " M"]) -> "CubePairs":
         """Return the pairs with these indices."""
@@ -118,7 +120,8 @@ class Parts(ABC):
         """Return bounds of each cube's volume fraction in the union; parts that miss a cube may be
         absent from the pairs.
 
-        The bounds are of second order where one smooth surface intersects a cube.
+        Where one smooth surface intersects a cube, their difference falls with the side of the
+        cube; with its square, where ``curved`` and the surface is round.
         """
 
     def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:

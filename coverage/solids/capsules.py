@@ -9,7 +9,8 @@ from jaxtyping import Float
 from ..arrays import Array, Index, Numbers, dot, root, rows
 from ..definitions.equality import equal_fields
 from ..pytrees import tree
-from .segments import from_segment, point_to_segment
+from .base import CubePairs
+from .segments import Feet, feet, from_segment, point_to_segment
 from .tangent_bounds import RoundParts
 
 
@@ -55,6 +56,11 @@ class Capsules(RoundParts):
     def away(self, points: Array, index: Index) -> Any:
         """See ``RoundParts.away``."""
         return from_segment(points, rows(self.start, index), rows(self.end, index))
+
+    def feet(self, pairs: CubePairs) -> Feet:
+        """See ``RoundParts.feet``."""
+        ends = rows(self.start, pairs.part), rows(self.end, pairs.part)
+        return feet(pairs.points, *ends, pairs.side)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         start, end, radius = (

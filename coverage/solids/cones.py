@@ -24,7 +24,7 @@ from .beams import (
 )
 from .convex_bodies import Discs
 from .quadrics import product, within
-from .tangent_bounds import Tangent, away, curvature
+from .tangent_bounds import SHARP, Tangent, away, curvature, plane_share
 from .volume_fraction import VolumeFraction
 
 
@@ -92,20 +92,20 @@ class Cones(BeamShape):
         cosine, sine = (f(self.half_angle)[pairs.part] for f in (np.cos, np.sin))
         d = dot(v, axis)
         rho, radial = away(v - d[:, None] * axis, pairs.side)
-        bend = curvature(rho - np.abs(radial).sum(axis=1) * pairs.side / 2) * cosine
+        around = np.cross(axis, radial)
+        xi, eta = (np.abs(v).sum(axis=1) * pairs.side / 2 for v in (radial, around))
         normal = cosine[:, None] * radial - sine[:, None] * axis
-        return Tangent(rho * cosine - d * sine, normal, bend, np.cross(axis, radial))
+        furthest, bend = np.hypot(rho + xi, eta), curvature(rho - xi) * cosine
+        least = cosine / np.where(rho > 0, furthest, SHARP) if pairs.curved else None
+        return Tangent(rho * cosine - d * sine, normal, bend, around[None], least)
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``; the plane touches the side. The base is a plane."""
-        points, _, index, _, side, slack = pairs
+        points, _, index, _, side, slack, _ = pairs
         mantle, axis = self.mantle(pairs), rows(self.axis, index)
         share = mantle.share(side, slack)
         depth = dot(points - rows(self.apex, index), axis) - self.range_m[index]
-        cut = depth > -np.abs(axis).sum(axis=1) * side / 2 - slack
-        if cut.any():
-            base = Tangent(depth[cut], axis[cut], np.zeros(np.count_nonzero(cut)))
-            share.cut(cut, base.share(side, slack))
+        share = share & plane_share(depth, axis, side, slack)
         return share, mantle.value, mantle.normal
 
     def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:

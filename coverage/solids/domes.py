@@ -68,7 +68,7 @@ class Domes(BeamShape):
         """See ``TangentParts.each_share``: the side as of ``Cones``, and the ball, which is convex
         and curves by 1 / |v|."""
         mantle = Cones(self.apex, self.axis, self.half_angle, self.range_m).mantle(pairs)
-        points, _, index, _, side, slack = pairs
+        points, _, index, _, side, slack, _ = pairs
         share, v = mantle.share(side, slack), points - rows(self.apex, index)
         cut = np.flatnonzero(root(dot(v, v)) > self.range_m[index] - side - slack)
         if len(cut):

@@ -77,7 +77,7 @@ class Fans(BeamShape):
         curves in one direction only, around ``up``, by 1 / hypot(d, x). A wedge beyond a right
         angle is the union of two half-spaces.
         """
-        points, _, index, _, side, slack = pairs
+        points, _, index, _, side, slack, _ = pairs
         axis, up, apex = (rows(a, index) for a in (self.axis, self.up, self.apex))
         v = points - apex
         across, half = cross(up, axis), self.half_angle[index]
@@ -96,7 +96,7 @@ class Fans(BeamShape):
         ]
         rho, radial = away(v - y[:, None] * up, side)
         bend = curvature(rho - np.abs(radial).sum(axis=1) * side / 2)
-        sector = Tangent(rho - self.range_m[index], radial, bend, cross(up, radial))
+        sector = Tangent(rho - self.range_m[index], radial, bend, cross(up, radial)[None])
         share = share & sector.share(side, slack)
         both, either = sides[0] & sides[1], sides[0] | sides[1]
         wide, full = half > np.pi / 2, half > np.pi - FULL

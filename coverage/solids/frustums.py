@@ -1,7 +1,7 @@
 """Frustums: beams from an aperture of a stated diameter, of laser distance sensors, of the beams of
 light curtains, and of ultrasonic transducers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from .beams import BeamShape, InBeam, Place, Places, Sizes, Ways
 from .cones import Cones
 from .convex_bodies import Discs
 from .quadrics import product, within
-from .tangent_bounds import Tangent, under_planes
+from .tangent_bounds import under_planes
 from .volume_fraction import VolumeFraction
 
 
@@ -69,10 +69,10 @@ class Frustums(BeamShape):
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``; the side curves as that of a cone."""
-        points, _, index, _, side, slack = pairs
+        points, _, index, _, side, slack, _ = pairs
         mantle = Cones(self.apex, self.axis, self.half_angle, self.range_m).mantle(pairs)
         radius = (self.size * np.cos(self.half_angle))[index]
-        mantle = Tangent(mantle.value - radius, mantle.normal, mantle.bend, mantle.along)
+        mantle = replace(mantle, value=mantle.value - radius)
         axis = rows(self.axis, index)
         d = dot(points - rows(self.apex, index), axis)
         ends = np.stack([-d, d - self.range_m[index]], axis=1), np.stack([-axis, axis], axis=1)

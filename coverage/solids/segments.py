@@ -1,7 +1,10 @@
 """Nearest points on segments and distances from them, for NumPy and JAX."""
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from jaxtyping import Bool, Float
 
 from ..arrays import Array, dot, namespace, root
 
@@ -22,6 +25,38 @@ def from_segment(points: Array, start: Array, end: Array) -> Array:
     t = xp.clip(dot(v, along) / xp.where(square > 0, square, 1.0), 0.0, 1.0)
     way: Array = v - t[..., None] * along
     return way
+
+
+class Feet(NamedTuple):
+    """Where the nearest points of P segments lie, seen from all points of a cube each.
+
+    Where none holds, this differs within the cube.
+    """
+
+    before: Bool[np.ndarray, " P"]
+    """The start is nearest."""
+    between: Bool[np.ndarray, " P"]
+    """The nearest points lie between start and end."""
+    beyond: Bool[np.ndarray, " P"]
+    """The end is nearest."""
+    axis: Float[np.ndarray, "P 3"]
+    """Unit vectors from start to end; 0 for segments of length 0."""
+
+
+def feet(
+    points: Float[np.ndarray, "P 3"],
+    start: Float[np.ndarray, "P 3"],
+    end: Float[np.ndarray, "P 3"],
+    side: float,
+) -> Feet:
+    """Return where the nearest points of segments lie, seen from cubes about ``points``."""
+    axis = end - start
+    length = np.sqrt(dot(axis, axis))
+    axis = axis / np.where(length > 0, length, 1.0)[:, None]
+    place, reach = dot(points - start, axis), np.abs(axis).sum(axis=1) * side / 2
+    before = (place <= -reach) | (length == 0)
+    between = (place >= reach) & (place <= length - reach)
+    return Feet(before, between & ~before, (place >= length + reach) & ~before, axis)
 
 
 def point_to_segment(points: Array, start: Array, end: Array) -> Array:

@@ -20,7 +20,7 @@ from .fans import Fans
 from .frustums import Frustums
 from .pyramids import Pyramids
 from .quadrics import plane
-from .tangent_bounds import Tangent
+from .tangent_bounds import plane_share
 from .volume_fraction import VolumeFraction
 
 SHAPES: tuple[type[BeamShape], ...] = (Cones, Pyramids, Domes, Fans, Frustums)
@@ -203,8 +203,7 @@ class MixedBeams(Beams):
             share.low[some], share.high[some] = bounds.low, bounds.high
         at, beyond, axis = self._beginning(pairs.points, pairs.part)
         if len(at):
-            begin = Tangent(-beyond, -axis, np.zeros(len(at)))
-            share.cut(at, begin.share(pairs.side, pairs.slack))
+            share.cut(at, plane_share(-beyond, -axis, pairs.side, pairs.slack))
         return share, value, normal
 
     def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:

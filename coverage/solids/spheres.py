@@ -9,8 +9,9 @@ from jaxtyping import Float
 from ..arrays import Array, Index, Vector, rows
 from ..definitions.equality import equal_fields
 from ..pytrees import tree
-from .base import Part, Points, Quadrics
+from .base import CubePairs, Part, Points, Quadrics
 from .quadrics import within
+from .segments import Feet, feet
 from .tangent_bounds import RoundParts
 
 
@@ -32,6 +33,11 @@ class Spheres(RoundParts):
     def away(self, points: Array, index: Index) -> Any:
         """See ``RoundParts.away``."""
         return points - rows(self.centre, index)
+
+    def feet(self, pairs: CubePairs) -> Feet:
+        """See ``RoundParts.feet``: the centre is nearest."""
+        centre = rows(self.centre, pairs.part)
+        return feet(pairs.points, centre, centre, pairs.side)
 
     def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:
         """See ``Parts.quadrics``: |v|^2 <= radius^2."""

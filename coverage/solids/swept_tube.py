@@ -9,8 +9,8 @@ from jaxtyping import Bool, Float, Int
 from ..arrays import Array, Index, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import CubePairs, Decision, Part, Parts, Points
-from .segments import from_segment
-from .tangent_bounds import Tangent, distance_tangent, first_of, share_under, union_bounds
+from .segments import Feet, feet, from_segment
+from .tangent_bounds import distance_tangent, first_of, plane_share, union_bounds
 from .volume_fraction import VolumeFraction
 
 
@@ -114,23 +114,27 @@ class Tube(Parts):
         on its negative side (see ``decide``). Then each point of the cube lies between the planes
         of some slab of the run, and the points near all its segments are inside.
         """
-        points, cell, index, _, side, slack = pairs
+        points, cell, index, _, side, slack, _ = pairs
         before, after, across = self._slab(points, index)
-        round_ = distance_tangent(across, self.radius, side)
+        ends = (rows(self.centre, disc) for disc in (self.first[index], self.first[index] + 1))
+        near = feet(points, *ends, side) if pairs.curved else None
+        round_ = distance_tangent(across, self.radius, side, near)
         planes = []
         for value, disc in ((before, self.first[index]), (after, self.first[index] + 1)):
             normal = rows(self.normal, disc)
             planes.append((value, np.abs(normal).sum(axis=1) * side / 2 + slack, normal))
-        below = [_plane_share(*plane, side, slack) for plane in planes]
+        below = [plane_share(value, normal, side, slack) for value, _, normal in planes]
         between = -(-(-below[0] & below[1]) & -(below[0] & -below[1]))
-        each = round_.share(side, slack) & between
-        union = union_bounds(pairs, each, round_.value, round_.normal)
+        inside = round_.share(side, slack)
+        union = union_bounds(pairs, inside & between, round_.value, round_.normal)
         run = self._runs(cell, index, np.ones(len(cell), bool))
         positive, negative = np.zeros((2, len(cell) + 1), bool)
         for value, reach, _ in planes:
             positive[run[value > reach]] = True
             negative[run[value < -reach]] = True
         held = (positive & negative)[run]
+        if near is not None:
+            self._about_one_disc(pairs, near, inside, held, union)
         if held.any():
             first = first_of(run[held])
             value, normal, where = (
@@ -145,19 +149,28 @@ class Tube(Parts):
                 + np.abs(normal - normal[head]).sum(axis=1) * side / 2
             )
             depth = (np.maximum.reduceat(depth, first) + 2 * slack) / side
-            inside = share_under(depth, depth, normal[first])
-            np.maximum.at(union.low, where, inside.low)
+            np.maximum.at(union.low, where, plane_share(depth, normal[first], 1.0, 0.0).low)
         return union
 
+    def _about_one_disc(
+        self,
+        pairs: CubePairs,
+        near: Feet,
+        inside: VolumeFraction,
+        held: Bool[np.ndarray, " P"],
+        union: VolumeFraction,
+    ) -> None:
+        """Tighten the shares of cubes to all of whose slabs the centre of one disc is nearest.
 
-def _plane_share(
-    value: np.ndarray, reach: np.ndarray, normal: np.ndarray, side: float, slack: float
-) -> VolumeFraction:
-    """Return bounds of the share of cubes on the negative side of planes; most miss the cube."""
-    low = np.where(value < -reach, 1.0, 0.0)
-    high = np.where(value > reach, 0.0, 1.0)
-    cut = np.flatnonzero(np.abs(value) <= reach)
-    if len(cut):
-        share = Tangent(value[cut], normal[cut], np.zeros(len(cut))).share(side, slack)
-        low[cut], high[cut] = share.low, share.high
-    return VolumeFraction(low, high)
+        The slabs are then parts of one ball, and all of it where they are ``held`` together.
+        """
+        disc = self.first[pairs.part] + near.beyond
+        known = near.before | near.beyond
+        first = first_of(pairs.cell)
+        one = np.minimum.reduceat(np.where(known, disc, -1), first)
+        one = first[(one >= 0) & (one == np.maximum.reduceat(disc, first))]
+        cubes = pairs.cell[one]
+        union.high[cubes] = np.minimum(union.high[cubes], inside.high[one])
+        one = one[held[one]]
+        cubes = pairs.cell[one]
+        union.low[cubes] = np.maximum(union.low[cubes], inside.low[one])

@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..arrays import Array, Index, Numbers, dot, root
+from ..arrays import Array, Index, Numbers, dot, root, rows
 from .base import CubePairs, Parts
+from .parabolic_segments import segment_share
+from .segments import Feet
 from .volume_fraction import VolumeFraction
 
 # minimum component of a normal: smaller ones are raised to it, and the plane is moved by the
@@ -77,13 +79,17 @@ class Tangent:
     """Gradients, of length 1 or less."""
     bend: Float[np.ndarray, " P"]
     """Upper bounds of the curvature inside the cube, 1/m."""
-    along: Float[np.ndarray, "P 3"] | None = None
-    """The only unit direction of curvature; None if the function may curve in every direction
-    across the normal."""
+    along: Float[np.ndarray, "K P 3"] | None = None
+    """The unit directions of curvature, one or two across each other, or zeros; None: every
+    direction across the normal."""
+    least: Float[np.ndarray, " P"] | None = None
+    """Lower bounds of the curvature along these directions, 1/m; None: not known."""
 
     def rise(self, side: float) -> Float[np.ndarray, " P"]:
         """Return the maximum height, m, above the tangent plane in a cube: (bend / 2) max t^2."""
-        reach = 3**0.5 if self.along is None else np.abs(self.along).sum(axis=1)
+        reach: Numbers = 3**0.5
+        if self.along is not None and len(self.along) == 1:
+            reach = np.maximum(np.abs(self.along[0]).sum(axis=1), 1.0)  # 1: where unknown
         return self.bend / 2 * (reach * side / 2) ** 2
 
     def between(self, side: float) -> Float[np.ndarray, " P"]:
@@ -95,12 +101,12 @@ class Tangent:
         square |p|^2 side^2 / 12.
         """
         steep = np.maximum(np.abs(self.normal).max(axis=1), TILT)
-        if self.along is None:
+        if self.along is None or len(self.along) > 1:
             q = np.sqrt(np.maximum(1 - steep * steep, 0.0))
             mean = 1 / 12 + (steep / 12**0.5 + q / 2) ** 2
         else:
             axis = np.abs(self.normal).argmax(axis=1)
-            q = np.abs(np.take_along_axis(self.along, axis[:, None], axis=1)[:, 0])
+            q = np.abs(np.take_along_axis(self.along[0], axis[:, None], axis=1)[:, 0])
             mean = (np.sqrt(np.maximum(1 - q * q, 0.0) / 12) + q / 2) ** 2
         off: np.ndarray = self.bend / 2 * mean * side / steep
         return off
@@ -110,10 +116,50 @@ class Tangent:
 
         ``slack`` is the rounding error of its value, m.
         """
-        plane = share_under((self.value + slack) / side, (self.value - slack) / side, self.normal)
-        return VolumeFraction(
-            np.maximum(plane.low - self.between(side) * (1 + 1e-9), 0.0), plane.high
-        )
+        reach = np.abs(self.normal).sum(axis=1) * side / 2 + slack
+        share = plane_share(self.value, self.normal, side, slack)
+        met = (self.value <= reach) & (self.value > -reach - self.rise(side))
+        if len(k := np.flatnonzero(met)):
+            less = self._only(k)._less(side, slack)
+            share.low[k] = np.maximum(share.low[k] - less.high, 0.0)
+            share.high[k] = np.maximum(share.high[k] - less.low, 0.0)
+        return share
+
+    def _only(self, k: Int[np.ndarray, " M"]) -> "Tangent":
+        """Return the tangents with these indices."""
+        along = None if self.along is None else rows(self.along, k)
+        least = None if self.least is None else self.least[k]
+        return Tangent(self.value[k], rows(self.normal, k), self.bend[k], along, least)
+
+    def _less(self, side: float, slack: float) -> VolumeFraction:
+        """Return bounds of the share of each cube between tangent plane and surface."""
+        between = self.between(side) * (1 + 1e-9)
+        if self.along is None or self.least is None:
+            return VolumeFraction(np.zeros_like(between), between)
+        bend = VolumeFraction(self.least * side, self.bend * side)
+        less = segment_share(self.value / side, self.normal, self.along, bend, slack / side)
+        return VolumeFraction(less.low, np.minimum(less.high, between))
+
+
+def plane_share(
+    value: Float[np.ndarray, " P"], normal: Float[np.ndarray, "P 3"], side: float, slack: float
+) -> VolumeFraction:
+    """Return bounds of the share of cubes where ``value + normal . x <= 0``, with x from the
+    centre.
+
+    Args:
+        value: m.
+        normal: of length 1 or less.
+        side: of the cubes, m.
+        slack: rounding error of the values, m.
+    """
+    reach = np.abs(normal).sum(axis=1) * side / 2 + slack
+    low, high = (value < -reach).astype(float), (value <= reach).astype(float)
+    if len(cut := np.flatnonzero(low < high)):
+        v = value[cut]
+        share = share_under((v + slack) / side, (v - slack) / side, rows(normal, cut))
+        low[cut], high[cut] = share.low, share.high
+    return VolumeFraction(low, high)
 
 
 def under_planes(value: Any, normal: Any, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
@@ -125,13 +171,7 @@ def under_planes(value: Any, normal: Any, pairs: CubePairs) -> tuple[VolumeFract
     """
     total = VolumeFraction(np.ones(len(value)), np.ones(len(value)))
     for v, n in zip(value.T, normal.swapaxes(0, 1), strict=True):
-        reach = np.abs(n).sum(axis=1) * pairs.side / 2 + pairs.slack
-        total.low[v > reach] = 0.0
-        total.high[v > reach] = 0.0
-        cut = np.flatnonzero(np.abs(v) <= reach)
-        if len(cut):
-            plane = Tangent(v[cut], n[cut], np.zeros(len(cut)))
-            total.cut(cut, plane.share(pairs.side, pairs.slack))
+        total = total & plane_share(v, n, pairs.side, pairs.slack)
     row, outermost = np.arange(len(value)), value.argmax(axis=1)
     return total, value[row, outermost], normal[row, outermost]
 
@@ -171,7 +211,7 @@ def union_bounds(
         head = np.repeat(first, np.diff(first, append=len(cell)))
         depth = value - np.abs(normal - normal[head]).sum(axis=1) * side / 2
         depth = (np.minimum.reduceat(depth, first)[several] - 2 * slack) / side
-        under = share_under(depth, depth, normal[first[several]])
+        under = plane_share(depth, normal[first[several]], 1.0, 0.0)
         high[here[several]] = np.minimum(high[here[several]], under.high)
     return VolumeFraction(low, high)
 
@@ -203,16 +243,30 @@ def away(
     return length, np.where(known, v, 0.0) / np.where(known, length[:, None], 1.0)
 
 
-def distance_tangent(v: Float[np.ndarray, "P 3"], radius: Numbers, side: float) -> Tangent:
+def distance_tangent(
+    v: Float[np.ndarray, "P 3"], radius: Numbers, side: float, feet: Feet | None = None
+) -> Tangent:
     """Return the tangent of ``distance from a convex body - radius`` at the cube's centre.
 
     ``v`` (P, 3) m leads from the nearest point of the body to the cube's centre. The distance from
-    the body is at most that from this one point, whose curvature is at most 1 / distance.
+    the body is at most that from this one point, whose curvature is at most 1 / distance. Where
+    ``feet`` states that this point or its line is nearest for the whole cube, the distance is
+    hypot(r + xi, eta) with xi along the normal, and exceeds r + xi by at least
+    eta^2 / (2 hypot(r + xi, eta)).
     """
     distance, normal = away(v, side)
-    return Tangent(
-        distance - radius, normal, curvature(distance - np.abs(normal).sum(axis=1) * side / 2)
-    )
+    xi = np.abs(normal).sum(axis=1) * side / 2
+    bend, along, least = curvature(distance - xi), None, None
+    if feet is not None:
+        aside = np.zeros_like(normal)
+        np.put_along_axis(aside, np.abs(normal).argmin(axis=1)[:, None], 1.0, axis=1)
+        first = np.cross(np.where(feet.between[:, None], feet.axis, aside), normal)
+        first = away(first, 0.0)[1]
+        second = np.where(feet.between[:, None], 0.0, np.cross(first, normal))
+        along = np.stack([first, second])
+        known = feet.before | feet.between | feet.beyond
+        least = np.where(known, 1 / np.hypot(distance + xi, 3**0.5 / 2 * side), 0.0)
+    return Tangent(distance - radius, normal, bend, along, least)
 
 
 class TangentParts(Parts):
@@ -242,12 +296,18 @@ class RoundParts(TangentParts):
     def away(self, points: Array, index: Index) -> Any:
         """Return the vector (..., 3) m from the nearest point of the body of part ``index``."""
 
+    @abstractmethod
+    def feet(self, pairs: CubePairs) -> Feet:
+        """Return where the nearest points of the bodies lie, seen from each pair's cube."""
+
     def part(self, points: Array, index: Index) -> Any:
         v = self.away(points, index)
         return root(dot(v, v)) - self.radius[index]
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``."""
-        away = self.away(pairs.points, pairs.part)
-        t = distance_tangent(away, self.radius[pairs.part], pairs.side)
+        away, feet = self.away(pairs.points, pairs.part), None
+        if pairs.curved:
+            feet = self.feet(pairs)
+        t = distance_tangent(away, self.radius[pairs.part], pairs.side, feet)
         return t.share(pairs.side, pairs.slack), t.value, t.normal

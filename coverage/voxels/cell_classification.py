@@ -6,10 +6,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import rows
-from ..solids.base import VALUES, Solid, fold, leaves
+from ..solids.base import VALUES, Parts, Solid, fold, leaves
 from .octree_cells import Cells, Pairs
 
-IN_TARGET, SEEN = 1, 2  # bits of a cell's mark: it lies wholly inside the target, or what is seen
+# bits of a cell's mark: it lies wholly inside the target, or what is seen, or a leaf of them
+IN_TARGET, SEEN, _LEAF = 1, 2, 4
+_LEAVES = 60  # leaves of which a mark has a bit
 SLACK = 1e-9  # rounding error of an implicit function, relative to the scale of its solid
 
 
@@ -47,16 +49,39 @@ def verdicts(
         -1 inside the solid, 1 outside, 0 undecided; and for each leaf the ``pairs`` that still
             matter.
     """
+    states, left = _leaf_verdicts(leaves(solid), points, pairs, reach)
+    return fold(solid, states, VALUES), left
+
+
+def _leaf_verdicts(
+    unions: list[Parts], points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], reach: float
+) -> tuple[list[Int[np.ndarray, " M"]], tuple[Pairs, ...]]:
+    """Return verdicts of the ball about each point for each union, and the pairs that matter."""
     states: list[Int[np.ndarray, " M"]] = []
     left: list[Pairs] = []
-    for parts, (cell, index) in zip(leaves(solid), pairs, strict=True):
+    for parts, (cell, index) in zip(unions, pairs, strict=True):
         matters, inside = parts.decide(rows(points, cell), cell, index, reach)
         state = np.ones(len(points), np.int8)
         state[cell[matters]] = 0
         state[cell[inside]] = -1
         states.append(state)
         left.append((cell[matters], index[matters]))
-    return fold(solid, states, VALUES), tuple(left)
+    return states, tuple(left)
+
+
+def inside_leaves(
+    mark: Int[np.ndarray, " M"], first: int, leaves: int
+) -> list[Bool[np.ndarray, " M"]]:
+    """Return which cells lie wholly inside each of some leaves of target and seen solid, by their
+    marks.
+
+    Args:
+        mark: marks of cells.
+        first: index of the first leaf, counted through the leaves of both solids.
+        leaves: number of leaves.
+    """
+    some = range(first, first + leaves)
+    return [mark & (_LEAF << k if k < _LEAVES else 0) > 0 for k in some]
 
 
 def target_verdicts(
@@ -79,14 +104,21 @@ def target_verdicts(
         The verdicts on both solids, as of ``verdicts``, and the cells with new marks and with the
             pairs that still matter.
     """
-    unions = len(leaves(target))
-    t, pairs_t = verdicts(target, points, cells.pairs[:unions], reach)
-    v, pairs_v = verdicts(seen, points, cells.pairs[unions:], reach)
-    t = np.where(cells.mark & IN_TARGET, -1, t)
-    v = np.where(cells.mark & SEEN, -1, v)
-    mark = (np.where(t < 0, IN_TARGET, 0) | np.where(v < 0, SEEN, 0)).astype(np.int8)
-    pairs = (*(_unless(t < 0, p) for p in pairs_t), *(_unless(v < 0, p) for p in pairs_v))
-    return t, v, cells.left(pairs, mark)
+    unions = [leaves(target), leaves(seen)]
+    states, left = _leaf_verdicts([*unions[0], *unions[1]], points, cells.pairs, reach)
+    mark, whole = cells.mark, len(unions[0])
+    for k, held in enumerate(inside_leaves(mark, 0, len(states))):
+        states[k][held] = -1
+    t, v = fold(target, states[:whole], VALUES), fold(seen, states[whole:], VALUES)
+    t, v = np.where(mark & IN_TARGET, -1, t), np.where(mark & SEEN, -1, v)
+    mark = mark | np.where(t < 0, IN_TARGET, 0) | np.where(v < 0, SEEN, 0)
+    for k, state in enumerate(states[:_LEAVES]):
+        mark |= np.where(state < 0, _LEAF << k, 0)
+    pairs = [
+        _unless(((t if k < whole else v) < 0) | ((state < 0) & (k < _LEAVES)), each)
+        for k, (state, each) in enumerate(zip(states, left, strict=True))
+    ]
+    return t, v, cells.left(tuple(pairs), mark)
 
 
 def _unless(known: Bool[np.ndarray, " M"], pairs: Pairs) -> Pairs:

@@ -6,10 +6,11 @@ integrals over the solid, also where its faces lie along the voxels.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ..arrays import rows
 from ..solids.base import LOGIC, CubePairs, Solid, fold, leaves
@@ -27,6 +28,8 @@ def cell_shares(
     pairs: tuple[Pairs, ...],
     side: float,
     slack: float,
+    inside: Sequence[Bool[np.ndarray, " M"]] = (),
+    curved: bool = True,
 ) -> VolumeFraction:
     """Return bounds of the shares of cells that lie in a solid.
 
@@ -36,14 +39,19 @@ def cell_shares(
         pairs: for each of the solid's ``leaves``, in order, the parts that matter to each cell.
         side: side of the cells, m.
         slack: rounding error of the implicit functions, m.
+        inside: for each of the leaves, which cells are known to lie wholly inside; then without
+            pairs. Default: none.
+        curved: see ``CubePairs``.
     """
     cubes, unions = len(points), []
     for parts, (cell, index) in zip(leaves(solid), pairs, strict=True):
         union = VolumeFraction(np.zeros(cubes), np.zeros(cubes))
         if len(cell):
             at = rows(points, cell)
-            union = parts.shares(CubePairs(at, cell, index, cubes, side, slack))
+            union = parts.shares(CubePairs(at, cell, index, cubes, side, slack, curved))
         unions.append(union)
+    for union, held in zip(unions, inside, strict=False):
+        union.low[held] = union.high[held] = 1.0
     share: VolumeFraction = fold(solid, unions, LOGIC)
     return share
 

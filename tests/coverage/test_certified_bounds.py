@@ -247,7 +247,7 @@ def test_ctrl_c_leaves_the_last_interval():
         if len(told) == 2:
             raise KeyboardInterrupt
 
-    b = bracket(target, seen, 1e-5, tell=stop_at_the_second)
+    b = bracket(target, seen, 1e-6, tell=stop_at_the_second)
     assert len(told) == 2
     assert b == told[-1]
     assert not b.reached

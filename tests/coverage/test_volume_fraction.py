@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.solids.base import CubePairs
 from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.parabolic_segments import segment_share
 from place_rings.coverage.solids.spheres import Spheres
 from place_rings.coverage.solids.swept_tube import Tube
 from place_rings.coverage.solids.tangent_bounds import share_under
@@ -86,6 +87,7 @@ def shares(parts, points, side):
     return VolumeFraction(np.where(known, 1.0, found.low), np.where(known, 1.0, found.high))
 
 
+LINES = [a.ravel() for a in np.meshgrid(*[(np.arange(300) + 0.5) / 300 - 0.5] * 2)]
 SCALES = st.tuples(*[st.sampled_from([1.0, 1.0, 1e-3, 0.0])] * 3)
 PLANES = st.lists(st.tuples(FACINGS, SCALES, st.integers(-90, 90)), min_size=1, max_size=40)
 
@@ -106,6 +108,57 @@ def test_under_a_plane_is_the_share_of_many_points(planes, rng):
     noise = math.sqrt(math.log(2 * 40 * 1e7) / (2 * len(p)))
     assert (share.low - noise <= seen).all()
     assert (share.high + noise >= seen).all()
+
+
+@given(
+    facing_deg=FACINGS,
+    scale=SCALES,
+    turn_deg=st.integers(-180, 180),
+    percent=st.integers(-90, 90),
+    bend=st.integers(0, 800),
+    least=st.integers(0, 100),
+    twice=st.booleans(),
+)
+def test_between_a_plane_and_a_parabola_is_the_share_of_many_lines(
+    facing_deg, scale, turn_deg, percent, bend, least, twice
+):
+    """Lines along the axis nearest to the normal; a parabola excludes what lies between two roots
+    of each."""
+    normal, value = directions([facing_deg])[0] * scale, percent / 100
+    normal = normal / np.linalg.norm(normal) if normal.any() else np.array([0.0, 0, 1])
+    first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    first /= np.linalg.norm(first)
+    turn = math.radians(turn_deg)
+    first = math.cos(turn) * first + math.sin(turn) * np.cross(normal, first)
+    along = np.stack([first, np.cross(normal, first) * twice])
+    bends = bend / 1000 * np.array([least / 100, 1.0])
+    share = segment_share(
+        np.array([value]),
+        normal[None],
+        along[:, None],
+        VolumeFraction(bends[:1], bends[1:]),
+        1e-12,
+    )
+    k = int(np.abs(normal).argmax())
+    start = np.insert(np.stack(LINES, -1), k, 0.0, axis=-1)  # (M, 3), in the middle plane
+    g, t = start @ normal + value, start @ along.T
+    seen = []
+    for b in bends:
+        # g <= 0 < g + b t^2 / 2 at start + x, where both change linearly with x
+        a = b / 2 * (along[:, k] ** 2).sum()
+        half = (normal[k] + b * t @ along[:, k]) / 2
+        c = g + b / 2 * (t * t).sum(-1)
+        root = np.sqrt(np.maximum(half * half - a * c, 0.0))
+        sign = np.where(half < 0, -1.0, 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x = np.stack([-(half + sign * root) / a, -c / (half + sign * root)])
+        x = np.sort(np.nan_to_num(x, posinf=9, neginf=-9), axis=0)
+        x = np.where(half * half < a * c, 0.0, x)
+        end = np.clip(-g / normal[k], -0.5, 0.5)
+        ends = (-0.5, end) if normal[k] > 0 else (end, 0.5)
+        inside = np.clip(x, *ends)
+        seen.append((ends[1] - ends[0] - (inside[1] - inside[0])).mean())
+    assert share.low[0] - 0.01 * bends[0] <= seen[0] <= seen[1] <= share.high[0] + 0.01 * bends[1]
 
 
 @pytest.mark.parametrize(
@@ -179,8 +232,8 @@ def test_a_cube_about_an_axis(kind):
 
 @given(FACINGS, st.integers(-180, 180), st.integers(6, 69))
 def test_one_smooth_surface_is_second_order(facing_deg, roll_deg, half_deg):
-    """On a ball, a cone's mantle and a straight tube's, the width falls with the side, so what is
-    open with its square.
+    """On a ball, a cone's mantle and a straight tube's, the width falls with the square of the
+    side.
     """
     axis, away = directions([facing_deg]), ups([facing_deg], [roll_deg])
     half = math.radians(half_deg)
@@ -201,4 +254,4 @@ def test_one_smooth_surface_is_second_order(facing_deg, roll_deg, half_deg):
     for parts, point, bend in solids:
         for side in (0.02, 0.01, 0.005):
             found = shares(parts, point, side)
-            assert found.high[0] - found.low[0] < 0.6 * bend * side
+            assert found.high[0] - found.low[0] < min(0.6, 3 * bend * side) * bend * side
