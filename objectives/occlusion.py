@@ -2,11 +2,12 @@
 sensors see almost nothing.
 """
 
+import math
 from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ..coverage.definitions.definition import definition
 from ..coverage.definitions.units import Millimetres
@@ -154,9 +155,10 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
         if not isinstance(seen, OccludedBeams):
             return []
         where, depth = occluders(scene, pose.q).holds(np.asarray(cones.apex))
+        sees = _sees(cones, seen, unit)
         for k in range(len(cones)):
             name = names[where[k]] if where[k] >= 0 else None
-            if name is None and np.mean(seen.part(cones.within(k, unit), k) <= 0) >= _NOTHING:
+            if name is None and sees[k]:
                 continue
             poses, deepest = occluded.setdefault((k, name), ([], 0.0))
             poses.append(p)
@@ -165,6 +167,22 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
         Unseeing(*labels[k], len(p), name, deep, singles.get(labels[k][0], ""))
         for (k, name), (p, deep) in sorted(occluded.items(), key=_order)
     ]
+
+
+def _sees(
+    cones: Beams, seen: OccludedBeams, unit: Float[np.ndarray, "N 3"]
+) -> Bool[np.ndarray, " K"]:
+    """Return which sensors see at least a hundredth of the points of their beams.
+
+    A few points are enough for most, as they hold so many that are seen.
+    """
+    least, sees = math.ceil(_NOTHING * len(unit)), np.zeros(len(cones), bool)
+    for some in (unit[: 4 * least], unit):
+        k = np.flatnonzero(~sees)
+        points = np.concatenate([np.zeros((0, 3)), *(cones.within(int(i), some) for i in k)])
+        value = seen.part(points, np.repeat(k, len(some)))
+        sees[k] = (value.reshape(len(k), -1) <= 0).sum(axis=1) >= least
+    return sees
 
 
 def _order(item: tuple[tuple[int, str | None], object]) -> tuple[int, str]:
