@@ -29,7 +29,7 @@ from .voxel_set import centre
 from .voxel_shares import cell_shares
 
 # pairs of cell and part processed at once: enough that arithmetic outweighs calls, about 100 MB
-_PAIRS = 1 << 17
+_PAIRS = 1 << 18
 # minimum and maximum number of work shares for the first cells; the same on all machines,
 # independent of their number of processors
 _SHARES = (4, 64)
