@@ -116,8 +116,8 @@ class Tube(Parts):
         """
         points, cell, index, _, side, slack, _ = pairs
         before, after, across = self._slab(points, index)
-        ends = (rows(self.centre, disc) for disc in (self.first[index], self.first[index] + 1))
-        near = feet(points, *ends, side) if pairs.curved else None
+        start, end = (rows(self.centre, self.first[index] + more) for more in (0, 1))
+        near = feet(points, start, end, side) if pairs.curved else None
         round_ = distance_tangent(across, self.radius, side, near)
         planes = []
         for value, disc in ((before, self.first[index]), (after, self.first[index] + 1)):
