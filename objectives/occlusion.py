@@ -178,8 +178,9 @@ def _sees(
     """
     least, sees = math.ceil(_NOTHING * len(unit)), np.zeros(len(cones), bool)
     for some in (unit[: 4 * least], unit):
-        k = np.flatnonzero(~sees)
-        points = np.concatenate([np.zeros((0, 3)), *(cones.within(int(i), some) for i in k)])
+        if not len(k := np.flatnonzero(~sees)):
+            break
+        points = np.concatenate([cones.within(int(i), some) for i in k])
         value = seen.part(points, np.repeat(k, len(some)))
         sees[k] = (value.reshape(len(k), -1) <= 0).sum(axis=1) >= least
     return sees

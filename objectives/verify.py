@@ -32,7 +32,8 @@ VOXEL = 0.01  # m, default side of a voxel
 RULES: tuple[Rule, ...] = ("sampled", "centre", "touch", "certified")
 _SIDES = 24  # voxels on the surface of a target inside a region, per voxel on one of its faces
 # of the width of a certificate, that of the interval of its cells: a simpler checker's bounds of
-# the shares of cut cells are up to 1.2 times as wide as ours
+# the shares of cut cells are up to 1.2 times as wide as ours, which also use that a cell may lie in
+# a part of a target
 _FINER = 0.6
 # bytes per voxel on the surface of a target: its key, its interval and the sorting of both
 _BYTES = 100

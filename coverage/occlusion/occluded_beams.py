@@ -19,6 +19,7 @@ from ..pytrees import mapped
 from ..solids.base import CubePairs, Decision, Part, Parts, Points
 from ..solids.beams import Beams
 from ..solids.quadrics import within
+from ..solids.segments import feet_of_points
 from ..solids.tangent_bounds import distance_tangent, union_bounds
 from ..solids.volume_fraction import VolumeFraction
 from ..voxels.solid_bitmask import words
@@ -134,8 +135,9 @@ class OccludedBeams(Parts):
             for dark, keep in ((self.dark, "low"), (self.late, "high")):
                 for start, end in np.moveaxis(dark[index], (1, 2), (0, 1)):
                     cut = np.flatnonzero(inside(away, start, end) > -side - slack)
+                    feet = feet_of_points(len(cut)) if pairs.curved else None
                     before, until = (
-                        distance_tangent(v[cut], radius[cut], side).share(side, slack)
+                        distance_tangent(v[cut], radius[cut], side, feet).share(side, slack)
                         for radius in (start, np.minimum(end, _FAR))
                     )
                     both = each.only(cut) & (before | -until)

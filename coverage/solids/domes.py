@@ -13,6 +13,7 @@ from .beams import NIL, WIDE, BeamShape, InBeam, Place, Places, Sizes, Ways, in_
 from .cones import Cones
 from .convex_bodies import Discs
 from .quadrics import plane, product, within
+from .segments import feet_of_points
 from .tangent_bounds import distance_tangent
 from .volume_fraction import VolumeFraction
 
@@ -72,7 +73,8 @@ class Domes(BeamShape):
         share, v = mantle.share(side, slack), points - rows(self.apex, index)
         cut = np.flatnonzero(root(dot(v, v)) > self.range_m[index] - side - slack)
         if len(cut):
-            ball = distance_tangent(v[cut], self.range_m[index[cut]], side)
+            feet = feet_of_points(len(cut)) if pairs.curved else None
+            ball = distance_tangent(v[cut], self.range_m[index[cut]], side, feet)
             share.cut(cut, ball.share(side, slack))
         return share, mantle.value, mantle.normal
 

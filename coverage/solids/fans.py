@@ -11,7 +11,8 @@ from ..pytrees import tree
 from .base import CubePairs, Part
 from .beams import BeamShape, InBeam, Place, Places, Sizes, Ways, in_sector
 from .convex_bodies import Discs
-from .tangent_bounds import Tangent, away, curvature, under_planes
+from .segments import feet_on_lines
+from .tangent_bounds import distance_tangent, under_planes
 from .volume_fraction import VolumeFraction
 
 FULL = 1e-6  # rad, an opening this near to a full turn has no sides
@@ -94,9 +95,8 @@ class Fans(BeamShape):
             )[0]
             for sign in (1.0, -1.0)
         ]
-        rho, radial = away(v - y[:, None] * up, side)
-        bend = curvature(rho - np.abs(radial).sum(axis=1) * side / 2)
-        sector = Tangent(rho - self.range_m[index], radial, bend, cross(up, radial)[None])
+        aside = v - y[:, None] * up
+        sector = distance_tangent(aside, self.range_m[index], side, feet_on_lines(up))
         share = share & sector.share(side, slack)
         both, either = sides[0] & sides[1], sides[0] | sides[1]
         wide, full = half > np.pi / 2, half > np.pi - FULL

@@ -13,7 +13,8 @@ from .volume_fraction import VolumeFraction
 
 _FLAT = 0.25  # depth of the segment, in sides, up to which the bounds are sharp
 _STEEP = 0.5  # the largest component of a unit normal exceeds it
-_NIL = 1e-12  # more than the rounding of moments, and least slope of a plane
+_LEAST_SLOPE = 1e-12  # of a plane; smaller ones are raised to it
+_ROUNDING = 1e-11  # more than that of places and moments
 
 
 def segment_share(
@@ -29,8 +30,8 @@ def segment_share(
     line along the axis e nearest to the normal, which meets the plane at the place w, the segment
     is u long, with n_e u = b t^2 / 2. There t differs from its value on the plane by at most
     |along_e| U, where U is the largest u in the cube. So the volume is that of b t^2 / (2 n_e) over
-    the part of the cube's face where -1/2 <= w <= 1/2, up to U at both ends of w and up to this
-    difference in the root of the mean of t^2.
+    the part of the cube's face where -1/2 <= w <= 1/2. The bounds move the ends of w by U, and the
+    root of the mean of t^2 by this difference.
 
     Args:
         value: at the centre, in sides of the cube.
@@ -50,8 +51,8 @@ def segment_share(
     e = [np.where(n < 0, -v, v) for v in (np.take_along_axis(v.T, order, axis=0) for v in along)]
     n = np.abs(n)
     steep = np.maximum(n[0], _STEEP)
-    at, slopes = -value / steep, np.maximum(n[1:] / steep, _NIL)
-    off = slack / steep + 10 * _NIL
+    at, slopes = -value / steep, np.maximum(n[1:] / steep, _LEAST_SLOPE)
+    off = slack / steep + _ROUNDING
     wide = np.maximum(sum(np.abs(v).sum(axis=0) ** 2 for v in e), 1.0)  # 1: unit vectors, if known
     depth = bend.high / 8 / steep * wide  # U
     sharp = (depth < _FLAT) & (n[0] > _STEEP)
@@ -60,8 +61,8 @@ def segment_share(
     ends = np.stack([first + off, last - depth, first - depth, last + off])
     upto = _moments(ends, slopes, [(v[0] * at, *(v[1:] - v[0] * slopes)) for v in e])
     differ = np.sqrt(sum(v[0] ** 2 for v in e)) * depth
-    high = np.sqrt(np.maximum(upto[0] - upto[1], 0.0) + _NIL) + differ
-    low = np.maximum(np.sqrt(np.maximum(upto[2] - upto[3] - _NIL, 0.0)) - differ, 0.0)
+    high = np.sqrt(np.maximum(upto[0] - upto[1], 0.0) + _ROUNDING) + differ
+    low = np.maximum(np.sqrt(np.maximum(upto[2] - upto[3] - _ROUNDING, 0.0)) - differ, 0.0)
     return VolumeFraction(
         np.where(sharp, bend.low / 2 / steep * low**2 * (1 - 1e-9), 0.0),
         np.where(sharp, bend.high / 2 / steep * high**2 * (1 + 1e-9), 1.0),

@@ -43,6 +43,18 @@ class Feet(NamedTuple):
     """Unit vectors from start to end; 0 for segments of length 0."""
 
 
+def feet_of_points(count: int) -> Feet:
+    """Return the feet on points: segments of length 0."""
+    always, never = np.ones(count, bool), np.zeros(count, bool)
+    return Feet(always, never, never, np.zeros((count, 3)))
+
+
+def feet_on_lines(axis: Float[np.ndarray, "P 3"]) -> Feet:
+    """Return the feet on lines along unit vectors."""
+    always, never = np.ones(len(axis), bool), np.zeros(len(axis), bool)
+    return Feet(never, always, never, axis)
+
+
 def feet(
     points: Float[np.ndarray, "P 3"],
     start: Float[np.ndarray, "P 3"],

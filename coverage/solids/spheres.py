@@ -11,7 +11,7 @@ from ..definitions.equality import equal_fields
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
 from .quadrics import within
-from .segments import Feet, feet
+from .segments import Feet, feet_of_points
 from .tangent_bounds import RoundParts
 
 
@@ -36,8 +36,7 @@ class Spheres(RoundParts):
 
     def feet(self, pairs: CubePairs) -> Feet:
         """See ``RoundParts.feet``: the centre is nearest."""
-        centre = rows(self.centre, pairs.part)
-        return feet(pairs.points, centre, centre, pairs.side)
+        return feet_of_points(len(pairs.part))
 
     def quadrics(self, points: Points, index: Part, reach: float) -> Quadrics:
         """See ``Parts.quadrics``: |v|^2 <= radius^2."""

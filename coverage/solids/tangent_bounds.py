@@ -2,8 +2,9 @@
 
 A smooth convex surface f = 0 lies between its tangent plane at the cube's centre, g <= f, and a
 parabola above it, f <= g + bend t^2 / 2, where t is measured across the surface's normal. The share
-of a cube under a plane has a closed form. The volume between plane and parabola is bounded by the
-curvature and decreases with the square of the cube's side.
+of a cube under a plane has a closed form. The parabola's height falls with the square of the cube's
+side, so its share of the cube with the side. Where the curvature is known from below, too, the
+surface lies above a second, flatter parabola.
 """
 
 from abc import abstractmethod
@@ -80,17 +81,18 @@ class Tangent:
     bend: Float[np.ndarray, " P"]
     """Upper bounds of the curvature inside the cube, 1/m."""
     along: Float[np.ndarray, "K P 3"] | None = None
-    """The unit directions of curvature, one or two across each other, or zeros; None: every
-    direction across the normal."""
+    """The unit directions of curvature, across each other: the sum of their squares is t^2. Zeros:
+    there are fewer, or none is known. None: every direction across the normal."""
     least: Float[np.ndarray, " P"] | None = None
     """Lower bounds of the curvature along these directions, 1/m; None: not known."""
 
     def rise(self, side: float) -> Float[np.ndarray, " P"]:
         """Return the maximum height, m, above the tangent plane in a cube: (bend / 2) max t^2."""
-        reach: Numbers = 3**0.5
-        if self.along is not None and len(self.along) == 1:
-            reach = np.maximum(np.abs(self.along[0]).sum(axis=1), 1.0)  # 1: where unknown
-        return self.bend / 2 * (reach * side / 2) ** 2
+        wide: Numbers = 3.0
+        if self.along is not None:
+            wide = (np.abs(self.along).sum(axis=-1) ** 2).sum(axis=0)
+            wide = np.where(wide > 0, np.minimum(wide, 3.0), 3.0)
+        return self.bend / 8 * wide * side**2
 
     def between(self, side: float) -> Float[np.ndarray, " P"]:
         """Return a bound of the share of a cube between tangent plane and surface.
@@ -101,10 +103,9 @@ class Tangent:
         square |p|^2 side^2 / 12.
         """
         steep = np.maximum(np.abs(self.normal).max(axis=1), TILT)
-        if self.along is None or len(self.along) > 1:
-            q = np.sqrt(np.maximum(1 - steep * steep, 0.0))
-            mean = 1 / 12 + (steep / 12**0.5 + q / 2) ** 2
-        else:
+        q = np.sqrt(np.maximum(1 - steep * steep, 0.0))
+        mean = 1 / 12 + (steep / 12**0.5 + q / 2) ** 2
+        if self.along is not None and len(self.along) == 1:
             axis = np.abs(self.normal).argmax(axis=1)
             q = np.abs(np.take_along_axis(self.along[0], axis[:, None], axis=1)[:, 0])
             mean = (np.sqrt(np.maximum(1 - q * q, 0.0) / 12) + q / 2) ** 2

@@ -9,9 +9,8 @@ from ..arrays import rows
 from ..solids.base import VALUES, Parts, Solid, fold, leaves
 from .octree_cells import Cells, Pairs
 
-# bits of a cell's mark: it lies wholly inside the target, or what is seen, or a leaf of them
-IN_TARGET, SEEN, _LEAF = 1, 2, 4
-_LEAVES = 60  # leaves of which a mark has a bit
+IN_TARGET, SEEN = 1, 2  # bits of a cell's mark: it lies wholly inside the target, or what is seen
+_LEAVES = 60  # leaves of both, counted through, of which a mark has a bit
 SLACK = 1e-9  # rounding error of an implicit function, relative to the scale of its solid
 
 
@@ -80,8 +79,12 @@ def inside_leaves(
         first: index of the first leaf, counted through the leaves of both solids.
         leaves: number of leaves.
     """
-    some = range(first, first + leaves)
-    return [mark & (_LEAF << k if k < _LEAVES else 0) > 0 for k in some]
+    return [(mark & _bit(k)) > 0 for k in range(first, first + leaves)]
+
+
+def _bit(leaf: int) -> int:
+    """Return the bit of a mark of the cells inside a leaf; 0 if there is none."""
+    return 4 << leaf if leaf < _LEAVES else 0
 
 
 def target_verdicts(
@@ -112,12 +115,11 @@ def target_verdicts(
     t, v = fold(target, states[:whole], VALUES), fold(seen, states[whole:], VALUES)
     t, v = np.where(mark & IN_TARGET, -1, t), np.where(mark & SEEN, -1, v)
     mark = mark | np.where(t < 0, IN_TARGET, 0) | np.where(v < 0, SEEN, 0)
-    for k, state in enumerate(states[:_LEAVES]):
-        mark |= np.where(state < 0, _LEAF << k, 0)
-    pairs = [
-        _unless(((t if k < whole else v) < 0) | ((state < 0) & (k < _LEAVES)), each)
-        for k, (state, each) in enumerate(zip(states, left, strict=True))
-    ]
+    pairs = list[Pairs]()
+    for k, (state, each) in enumerate(zip(states, left, strict=True)):
+        mark = mark | np.where(state < 0, _bit(k), 0)
+        known = ((t if k < whole else v) < 0) | ((mark & _bit(k)) > 0)
+        pairs.append(_unless(known, each))
     return t, v, cells.left(tuple(pairs), mark)
 
 

@@ -36,9 +36,8 @@ _SHARES = (4, 64)
 _SHARE = 1 << 18  # cells of a pass for which another share pays off
 _WORTH = 2000  # a cell this many times the threshold is split without computing its shares
 _KNOWN = 1e-6  # width of the bounds of a cell's mean weight, below which it counts as known
-# factor on the threshold below which two steps cost less than one that misses, and the power of it
-# that the first one takes
-_FAR, _NEARER = 1e-3, 1 / 3
+_FAR = 1e-3  # factor on the threshold below which two steps cost less than one that misses
+_NEARER = 1 / 3  # power of the factor that the first of two steps takes
 _AIM = 0.98  # width that a step aims at, of the requested one
 # of the threshold, with which intervals shrink: measured where bounds follow the surfaces'
 # curvature (0.57 to 0.60), and where they are planes

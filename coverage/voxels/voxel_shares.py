@@ -28,7 +28,7 @@ def cell_shares(
     pairs: tuple[Pairs, ...],
     side: float,
     slack: float,
-    inside: Sequence[Bool[np.ndarray, " M"]] = (),
+    inside: Sequence[Bool[np.ndarray, " M"]] | None = None,
     curved: bool = True,
 ) -> VolumeFraction:
     """Return bounds of the shares of cells that lie in a solid.
@@ -50,8 +50,9 @@ def cell_shares(
             at = rows(points, cell)
             union = parts.shares(CubePairs(at, cell, index, cubes, side, slack, curved))
         unions.append(union)
-    for union, held in zip(unions, inside, strict=False):
-        union.low[held] = union.high[held] = 1.0
+    if inside is not None:
+        for union, held in zip(unions, inside, strict=True):
+            union.low[held] = union.high[held] = 1.0
     share: VolumeFraction = fold(solid, unions, LOGIC)
     return share
 

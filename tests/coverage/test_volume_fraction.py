@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.solids.base import CubePairs
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.parabolic_segments import segment_share
 from place_rings.coverage.solids.spheres import Spheres
@@ -64,6 +65,13 @@ PARTS = st.one_of(
     ),
     some_balls(1, 4, 500, (10, 800)),
     st.builds(
+        lambda ends_mm, radius_mm: Capsules(
+            *np.split(metres(ends_mm), 2), np.full(2, radius_mm / 1e3)
+        ),
+        st.lists(points_mm(500), min_size=4, max_size=4),
+        st.integers(10, 800),
+    ),
+    st.builds(
         wandering_tube,
         steps_mm=st.lists(points_mm(200).filter(any), min_size=1, max_size=6),
         facing_deg=FACINGS,
@@ -75,14 +83,14 @@ PARTS = st.one_of(
 SIDES_MM = st.sampled_from([500, 100, 20])
 
 
-def shares(parts, points, side):
+def shares(parts, points, side, curved=True):
     """Shares of cubes, each paired with every part that its ball does not prove away."""
     cell, index = (a.ravel() for a in np.indices((len(points), len(parts))))
     reach = math.sqrt(3) / 2 * side
     matters, inside = parts.decide(points[cell], cell, index, reach)
     known = np.zeros(len(points), bool)
     known[cell[inside]] = True
-    pairs = CubePairs(points[cell], cell, index, len(points), side, 1e-12)
+    pairs = CubePairs(points[cell], cell, index, len(points), side, 1e-12, curved)
     found = parts.shares(pairs.only(np.flatnonzero(matters)))
     return VolumeFraction(np.where(known, 1.0, found.low), np.where(known, 1.0, found.high))
 
@@ -198,6 +206,8 @@ def test_a_cube_holds_what_its_pieces_hold(parts, side_mm, rng):
     coarse = shares(parts, centre, side)
     fine = shares(parts, centre + side * CUBE, side / 16)
     assert (fine.low <= fine.high + 1e-15).all()
+    planes = shares(parts, centre, side, curved=False)
+    assert planes.low[0] - 1e-12 <= coarse.low[0] <= coarse.high[0] <= planes.high[0] + 1e-12
     assert coarse.low[0] <= fine.high.mean() + 1e-12
     assert coarse.high[0] >= fine.low.mean() - 1e-12
     p = centre + side * rng.uniform(-0.5, 0.5, (20_000, 3))
