@@ -1,10 +1,13 @@
 """Reading in a process of its own, within limits: a file may crash its parser, or claim more memory
 than there is."""
 
+import io
 import os
 import subprocess
 import sys
 from contextlib import suppress
+
+import numpy as np
 
 MOST_S = 120
 """Time until a reader has to end, s. It limits its processor time itself; this ends one that waits,
@@ -34,6 +37,13 @@ def answer_of(module: str, *arguments: str, data: bytes = b"", seconds: int = MO
     if done.returncode == 0 and done.stdout:
         return done.stdout
     return b"a file that crashes its reader, or needs too much memory"
+
+
+def say_array(array: np.ndarray) -> None:
+    """Write an array to stdout in NumPy's format. ``np.save`` itself writes to no buffered pipe."""
+    data = io.BytesIO()
+    np.save(data, array, allow_pickle=False)
+    sys.stdout.buffer.write(data.getvalue())
 
 
 def limit(memory: int, seconds: int) -> None:

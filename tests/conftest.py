@@ -24,6 +24,7 @@ from jaxtyping import install_import_hook
 from .support.rooms import imported_rooms, shaped_modules
 from .support.shape_checks import check_once
 
+os.environ.pop("PYTHONUNBUFFERED", None)  # processes of users write through a buffer
 if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
     # gone when this process ends
     _folder = TemporaryDirectory(prefix="place-rings-jax-", ignore_cleanup_errors=True)

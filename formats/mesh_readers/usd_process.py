@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.definitions.errors import shown
-from ..limited_process import limit
+from ..limited_process import limit, say_array
 from .mesh_numbers import (
     AGAIN,
     MOST_PARTS,
@@ -53,7 +53,7 @@ def main() -> None:
         return
     ends = np.cumsum([len(part) for part in parts.values()], dtype=int).tolist()
     out.write(b"ok\n" + json.dumps([list(parts), ends, refused]).encode() + b"\n")
-    np.save(out, np.concatenate([np.zeros((0, 3, 3)), *parts.values()]), allow_pickle=False)
+    say_array(np.concatenate([np.zeros((0, 3, 3)), *parts.values()]))
 
 
 def _parts(file: str) -> tuple[dict[str, Triangles], dict[str, str]]:
