@@ -34,7 +34,7 @@ def sensitivity(scene: Scene, setup: Setup, seed: int = 0) -> tuple[RingSensitiv
     groups, rings = scene.with_cell(setup).groups, setup.rings
     arrays, v = ring_arrays(scene.robot, groups), ring_values(groups)
     values = np.stack([v.position, v.tilt, v.phase])
-    sample = soft.undecided(arrays, values, _NEAR, _NEAREST, _FEWEST)
+    sample = soft.undecided(arrays, values, _NEAR, _NEAREST, _FEWEST, sloping=False)
     length = np.asarray(arrays.length)
     changes = [(0, i, SHIFT / length[i]) for i in range(len(rings)) if length[i] > 0]
     changes += [(row, i, TURN) for row in (1, 2) for i in range(len(rings))]
@@ -42,7 +42,7 @@ def sensitivity(scene: Scene, setup: Setup, seed: int = 0) -> tuple[RingSensitiv
     def changed(change: tuple[int, int, float]) -> float:
         there = values.copy()
         there[change[0], change[1]] += change[2]
-        return soft.value_and_slope(arrays, there, _WIDTH, sample)[0]
+        return soft.share(arrays, there, _WIDTH, sample)
 
     both = [(row, i, sign * by) for row, i, by in changes for sign in (-1, 1)]
     with ThreadPoolExecutor(processors()) as threads:

@@ -90,25 +90,32 @@ class SoftCoverage:
         return Sample(self.all.points[:, : -(-n // max(-(-n // count), 1))])
 
     def undecided(
-        self, arrays: RingArrays, values: Any, width: float, total: int, least: int
+        self,
+        arrays: RingArrays,
+        values: Any,
+        width: float,
+        total: int,
+        least: int,
+        sloping: bool = True,
     ) -> Sample:
         """Return ``total`` points with what the others contribute: of each term those that are
         nearest to being covered or not, at least ``least``.
 
-        Small moves of the rings change what is covered at these points only.
+        Small moves of the rings change what is covered at these points only. If ``sloping``, what
+        JAX compiles here serves ``value_and_slope`` on these points, else ``share``.
         """
         points = np.asarray(self.all.points)  # (T, N, 3)
         n, count = points.shape[1], self.first(total, least).points.shape[1]
         if count == n:
             return self.all
         padded = np.concatenate([points, points[:, : -n % count]], axis=1)
+        function = _slope if sloping else _value
         parts = [
-            np.asarray(
-                self._applied(_slope, arrays, values, width, Sample(jnp.asarray(some)))[0][1]
-            )
+            self._applied(function, arrays, values, width, Sample(jnp.asarray(some)))
             for some in np.split(padded, padded.shape[1] // count, axis=1)
         ]
-        covered = np.concatenate(parts, axis=2)[:, :, :n]  # (T, U, N)
+        degrees = [np.asarray((part[0] if sloping else part)[1]) for part in parts]
+        covered = np.concatenate(degrees, axis=2)[:, :, :n]  # (T, U, N)
         nearness = (covered * (1 - covered)).max(axis=1)  # (T, N)
         order = np.argsort(-nearness, axis=1, kind="stable")
         some = np.take_along_axis(points, order[:, :count, None], axis=1)
