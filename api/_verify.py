@@ -145,6 +145,36 @@ class VerifyCall(VerifyOptions, SetupCall):
             raise InputError(line, "certificate", others=("rule",))
 
 
+def counted(call: VerifyCall) -> Coverage:
+    """Return the coverage as ``verify`` does, and write no certificate."""
+    name, placed, core = resolve_setup(call.setup, call.scene)
+    voxel = call.voxel
+    if not call.certified:
+        voxel = VOXEL if voxel is None else voxel
+        check_scene(core, voxel)
+    key = "tell" if call.certified else "at"
+    calls: dict[str, Any] = {} if call.progress is None else {key: call.progress}
+    memory = None if call.memory is None else call.memory * 1e9
+    keep = call.certificate is not None
+    verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, keep=keep, **calls)
+    with input_errors():
+        if keep:
+            certified_shapes(core, placed)  # refuses others before the work
+        each = tuple(verifier.verify(placed, goal.target) for goal in core.targets)
+        if (question := call.detect) is not None:
+            each = tuple(
+                replace(v, detection=detected(verifier, placed, v.target, question)) for v in each
+            )
+        objects = smallest_objects(core, placed, voxel or VOXEL, call, verifier.at)
+    return Coverage(placed, core, each, name, objects, verifier=verifier)
+
+
+def proof_of(coverage: Coverage) -> bytes:
+    """Return the certificate of a coverage that was counted with one."""
+    shapes = certified_shapes(coverage.scene, coverage.setup)
+    return certificate(coverage.scene, shapes, coverage.each)
+
+
 @renamed(memory_gb="memory")
 @called_with(VerifyCall)
 def verify(call: VerifyCall) -> Coverage:
@@ -167,27 +197,11 @@ def verify(call: VerifyCall) -> Coverage:
         >>> 0 < hand.assumed_low <= hand.zeta <= hand.assumed_high < 1
         True
     """
-    name, placed, core = resolve_setup(call.setup, call.scene)
-    voxel = call.voxel
-    if not call.certified:
-        voxel = VOXEL if voxel is None else voxel
-        check_scene(core, voxel)
-    key = "tell" if call.certified else "at"
-    calls: dict[str, Any] = {} if call.progress is None else {key: call.progress}
-    memory = None if call.memory is None else call.memory * 1e9
-    keep = call.certificate is not None
-    verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, keep=keep, **calls)
-    with input_errors():
-        shapes = certified_shapes(core, placed) if keep else []
-        each = tuple(verifier.verify(placed, goal.target) for goal in core.targets)
-        if (question := call.detect) is not None:
-            each = tuple(
-                replace(v, detection=detected(verifier, placed, v.target, question)) for v in each
-            )
-        if call.certificate is not None:
-            write_bytes(Path(call.certificate), certificate(core, shapes, each))
-        objects = smallest_objects(core, placed, voxel or VOXEL, call, verifier.at)
-    return Coverage(placed, core, each, name, objects, verifier=verifier)
+    coverage = counted(call)
+    if call.certificate is not None:
+        with input_errors():
+            write_bytes(Path(call.certificate), proof_of(coverage))
+    return coverage
 
 
 def certify(

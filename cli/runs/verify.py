@@ -1,17 +1,18 @@
 """Print the coverage of a setup."""
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from place_rings._validation import ResolvedSetup
-from place_rings._verify import Coverage
-from place_rings._verify import verify as count
+from place_rings._verify import Coverage, VerifyCall, counted, proof_of
 
 from ...coverage.definitions.definition import json_of
 from ...coverage.definitions.errors import UserError
 from ...coverage.detection.detection import Detection
 from ...coverage.voxels.volume_tally import Bracket
+from ...formats.writing import output_files, write_bytes
 from ...objectives.options import VerifyOptions
 from ...objectives.scene import Scene
 from ...objectives.verified import IntervalProof, Verified
@@ -46,19 +47,23 @@ def verify(
     as_json: bool,
 ) -> None:
     """Print the coverage of a setup for the targets of its scene and, with a question of detection,
-    its answer."""
+    its answer, and write the files, all of them or none."""
     if by_pose is not None and len(subject.scene.poses) < 2:
         raise UserError("--plot-by-pose: found one pose, allowed: several; add --trajectory FILE")
     coverage = _counted(subject, options, question, certificate)
-    results = list(coverage.records)
+    results, new = list(coverage.records), dict[Path, bytes]()
+    if certificate is not None:
+        new[certificate] = proof_of(coverage)
+    if by_pose is not None:
+        new[by_pose] = coverage.plot_by_pose().png
+    with ExitStack() as files:
+        for path, data in new.items():
+            folder = files.enter_context(output_files(path.parent, path.name, argument=""))
+            write_bytes(folder / path.name, data)
     if as_json:
         say_json(json_of(results if len(results) > 1 else results[0]))
     else:
-        _show(subject, options, results, certificate)
-    if by_pose is not None:
-        coverage.plot_by_pose(by_pose)
-        if not as_json:
-            Terminal().lines(f"Coverage at each pose: {by_pose}")
+        _show(subject, options, results, certificate, by_pose)
 
 
 def _show(
@@ -66,6 +71,7 @@ def _show(
     options: VerifyOptions,
     results: list[Verified],
     certificate: Path | None,
+    by_pose: Path | None,
 ) -> None:
     """Print the records as tables, and lines on what they mean."""
     console = Terminal()
@@ -92,6 +98,8 @@ def _show(
     more += detection_lines(results, scene, setup)
     if certificate is not None:
         more.append(f"Certificate: {certificate}; examples/certificate/check.py checks it.")
+    if by_pose is not None:
+        more.append(f"Coverage at each pose: {by_pose}")
     console.lines(record_line(scene), *protective_lines(results, setup), *more)
 
 
@@ -129,7 +137,7 @@ def _counted(
 
         progress: Callable[[Any], None] = tell if options.certified else at
         more: dict[str, Any] = {"detect": question, "certificate": certificate}
-        coverage = count(subject, progress=progress, **more, **vars(options))
+        coverage = counted(VerifyCall(subject, progress=progress, **more, **vars(options)))
         coverage.records  # noqa: B018  (counts under the other models of occlusion)
     return coverage
 

@@ -403,3 +403,21 @@ def test_rings_of_a_proposal_are_printed(run, tmp_path):
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "ring 0 (forearm): " in err
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("bad", ["proof.npz", "zeta.png"])
+def test_the_files_of_a_count_come_together_or_not_at_all(run, bad):
+    two = "[[poses]]\nq_deg = [0, -45, 57, -103, -91, 0]\n"
+    Path("two.toml").write_text(two + two.replace("45", "60"))
+    words = ["verify", "n1_4_0", "--paper", "--target", "V_S:0.2", "--scene", "two.toml"]
+    words += ["--rule", "certified", "--voxel", "0.2"]
+    words += ["--certificate", "proof.npz", "--plot-by-pose", "zeta.png"]
+    Path(bad).mkdir()
+    assert run(*words)[0] == 2
+    assert [p.name for p in Path().rglob("*") if p.is_file()] == ["two.toml"]
+    Path(bad).rmdir()
+    code, out, _ = run(*words)
+    assert code == 0
+    for name in ("proof.npz", "zeta.png"):
+        assert Path(name).stat().st_size
+        assert name in out
