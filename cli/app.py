@@ -70,8 +70,9 @@ place-rings --scene cell.toml --target V_N:0.3 --out mine
 
 
 def _default_text(value: object) -> str | None:
-    """Return the default of an option for its help; flags and repeatable options show none."""
-    return None if value is None or value is False or value == () else str(value)
+    """Return the default of an option for its help; flags, repeatable options and empty texts show
+    none."""
+    return None if value is None or value is False or value == () else str(value) or None
 
 
 def _version() -> str:

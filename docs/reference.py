@@ -46,7 +46,7 @@ def commands() -> str:
     text = subprocess.run(line, check=True, capture_output=True, encoding="utf-8").stdout
     text = re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE).strip()
     text = re.sub(r"\n {8}(?=\S)", " ", text)  # one line for each option
-    text = re.sub(r"(?<!`)``(?!`)", "`", text).replace(" *[default: ]*", "")
+    text = re.sub(r"(?<!`)``(?!`)", "`", text)
     return text.replace("```bash\n", f"{_EXAMPLE}\n```bash\n")
 
 
