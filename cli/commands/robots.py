@@ -1,7 +1,9 @@
 """The command robots."""
 
+from ..options.common import Json
 
-def robots() -> None:
+
+def robots(*, as_json: Json = False) -> None:
     """List the built-in robots with their joints, their reach, and the links that carry rings.
 
     For example:
@@ -13,20 +15,35 @@ def robots() -> None:
 
     ``place-rings --help`` explains the terms.
     """
+    import json
+
     from ...coverage.robots.built_in import ROBOTS
     from ...reporting.explained import Explained
-    from ...reporting.terminal import Terminal
+    from ...reporting.terminal import Terminal, say_json
 
     lengths = {
-        robot.name: [(m.link, m.length * (m.usable[1] - m.usable[0])) for m in robot.mounts]
+        robot.name: {m.link: m.length * (m.usable[1] - m.usable[0]) for m in robot.mounts}
         for robot in ROBOTS.values()
     }
+    if as_json:
+        records = [
+            {
+                "name": robot.name,
+                "joints": robot.chain.joints,
+                "reach_m": robot.reach,
+                "links_m": lengths[robot.name],
+                "source": robot.source,
+            }
+            for robot in ROBOTS.values()
+        ]
+        say_json(json.dumps(records, indent=2))
+        return
     rows = [
         (
             robot.name,
             str(len(robot.chain)),
             f"{robot.reach:g}",
-            ", ".join(f"{link} {m:.2f}" if m > 0 else link for link, m in lengths[robot.name]),
+            ", ".join(f"{k} {m:.2f}" if m > 0 else k for k, m in lengths[robot.name].items()),
             robot.source,
         )
         for robot in ROBOTS.values()

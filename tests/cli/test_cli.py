@@ -24,7 +24,7 @@ from place_rings.coverage.definitions.definition import adapter
 from place_rings.coverage.definitions.errors import UserError
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.schema.proposal_models import SearchFile
 from place_rings.formats.schema.written_models import ExportResult
@@ -421,3 +421,14 @@ def test_the_files_of_a_count_come_together_or_not_at_all(run, bad):
     for name in ("proof.npz", "zeta.png"):
         assert Path(name).stat().st_size
         assert name in out
+
+
+def test_the_robots_are_listed_for_scripts(run):
+    records = json.loads(run("robots", "--json")[1])
+    assert [record["name"] for record in records] == list(ROBOTS)
+    for record, robot in zip(records, ROBOTS.values(), strict=True):
+        assert tuple(record["joints"]) == robot.chain.joints
+        assert (record["reach_m"], record["source"]) == (robot.reach, robot.source)
+        assert tuple(record["links_m"]) == robot.links
+        for mount in robot.mounts:
+            assert record["links_m"][mount.link] == mount.length * np.ptp(mount.usable)
