@@ -1,6 +1,7 @@
 """Rules that make a setup buildable, and limits of rings by link."""
 
 import math
+import warnings
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -82,6 +83,8 @@ class Rules:
     def _of_table(cls, table: dict[str, Any]) -> dict[str, Any]:
         """Read the former name of ``max_rings_per_link``."""
         if _FORMER in table and "max_rings_per_link" not in table:
+            message = f"rules: {_FORMER} is now called max_rings_per_link"
+            warnings.warn(message, DeprecationWarning, stacklevel=2)
             table["max_rings_per_link"] = table.pop(_FORMER)
         return table
 

@@ -129,7 +129,8 @@ def _unicode(stream: TextIO) -> bool:
 def guard() -> None:
     """Escape what Python itself prints: tracebacks, warnings, logs without a handler.
 
-    Characters that stdout and stderr cannot encode are replaced.
+    The package's own deprecations are printed too, each in one line. Characters that stdout and
+    stderr cannot encode are replaced.
     """
     codecs.register_error("place_rings", _replaced)
     for stream in (sys.stdout, sys.stderr):
@@ -137,7 +138,15 @@ def guard() -> None:
             stream.reconfigure(errors="place_rings")
     sys.excepthook, threading.excepthook = _uncaught, _uncaught_in_thread
     before = warnings.formatwarning
-    warnings.formatwarning = lambda *what, **more: printable_lines(before(*what, **more))
+
+    def formatted(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> str:
+        own = category is DeprecationWarning and not sys.warnoptions
+        text = f"place-rings: {message}\n" if own else before(message, category, *where, **more)
+        return printable_lines(text)
+
+    warnings.formatwarning = formatted
+    if not sys.warnoptions:
+        warnings.filterwarnings("default", module="place_rings", category=DeprecationWarning)
     if logging.lastResort is not None:
         logging.lastResort.setFormatter(_Printable())
 

@@ -1,6 +1,7 @@
 """Parts of a robot as files state them: joints and frames by name, angles in degrees."""
 
 import math
+import warnings
 from collections.abc import Collection, Iterator
 from typing import Annotated, Any, Literal
 
@@ -144,6 +145,9 @@ class MountTable:
         """
         if (aside := table.get("aside", 0)) != 0:
             refuse([(("aside",), aside, "a mount whose axis is the axis of the link's own tube")])
+        for key in {"aside", "toward_deg"} & table.keys():
+            message = f"mounts: {key} has no meaning any more; remove it"
+            warnings.warn(message, DeprecationWarning, stacklevel=2)
         return {key: value for key, value in table.items() if key not in ("aside", "toward_deg")}
 
     def faults(self, frames: Collection[str]) -> Iterator[Fault]:

@@ -2,6 +2,8 @@
 
 import json
 import math
+import subprocess
+import sys
 import tomllib
 from dataclasses import replace
 
@@ -12,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.definitions.errors import schema_of
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.separation_distance import Safety
 from place_rings.coverage.sensors.board_packing import Printing
 from place_rings.coverage.sensors.effective_range import Use
@@ -114,6 +116,7 @@ def test_the_scene_of_a_first_file_keeps_its_rings_where_they_were(tmp_path):
             assert read_proposal(path)[1].rules.mount == ("free" if "'free'" in text else "real")
 
 
+@pytest.mark.filterwarnings("ignore:rules:DeprecationWarning")
 @pytest.mark.parametrize("text", WRITTEN.values(), ids=WRITTEN)
 def test_files_that_were_written_before_read_on(tmp_path, text):
     path = tmp_path / "proposal.toml"
@@ -124,6 +127,22 @@ def test_files_that_were_written_before_read_on(tmp_path, text):
     assert len(setup.singles) == text.count("[[sensors]]")
     path.write_text(to_toml(ProposalFile.of(setup, scene)))
     assert read_proposal(path)[0] == setup
+
+
+def test_a_command_announces_each_key_that_is_to_go_in_one_line(tmp_path):
+    robot = to_toml(UR10, file=RobotFile).replace(
+        "\nlink = ", "\naside = 0\ntoward_deg = 9\nlink = "
+    )
+    (tmp_path / "robot.toml").write_text(robot)
+    (tmp_path / "cell.toml").write_text('robot = "robot.toml"\n[rules]\nrings_per_link = 3\n')
+    code = "from place_rings.cli.entry import main; main()"
+    words = [sys.executable, "-c", code, "cones", "n1_4_0", "--scene", "cell.toml"]
+    done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0
+    said = sorted(done.stderr.splitlines())
+    assert len(said) == 3
+    for key, line in zip(("aside", "toward_deg", "rings_per_link"), said, strict=True):
+        assert f" {key} " in line
 
 
 def test_a_newer_file_is_refused_in_one_line(run, tmp_path):

@@ -271,7 +271,8 @@ def test_a_tube_beside_its_mount_is_refused_in_one_line(tmp_path):
         keys = f'link = "upper_arm"\naside = {aside}\ntoward_deg = {toward}'
         (tmp_path / "r.toml").write_text(text.replace('link = "upper_arm"', keys))
         if aside == "0.0":
-            assert read_robot(tmp_path / "r.toml").mount("upper_arm").section == 0.0547
+            with pytest.warns(DeprecationWarning, match="aside|toward"):
+                assert read_robot(tmp_path / "r.toml").mount("upper_arm").section == 0.0547
             continue
         with refused("r.toml mounts[0].aside 0.046"):
             read_robot(tmp_path / "r.toml")
