@@ -2,6 +2,7 @@
 promotion. And one cache of what JAX compiles for a session, and the emitters of XLA that compile in
 half the time: its workers, and the processes that tests start, find both by the environment."""
 
+import gc
 import mmap
 import os
 import signal
@@ -115,9 +116,20 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if only_core and test and imported_rooms(collection_path) - _CORE else None
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests of the core: those whose file imports nothing above formats/, and no command."""
-    for item in items:
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Seek no garbage while modules are imported, nor among what they hold later."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item], config: pytest.Config) -> None:
+    """Mark tests of the core, where they are asked for: those whose file imports nothing above
+    formats/, and no command.
+    """
+    for item in items if "core" in str(config.getoption("markexpr")) else ():
         command = "run" in getattr(item, "fixturenames", ())
         if not command and not imported_rooms(item.path) - _CORE:
             item.add_marker("core")

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.spatial.transform import Rotation
 
 from ...coverage.definitions.errors import shown
 from .mesh_numbers import (
@@ -228,6 +227,8 @@ def _order(mode: int, count: int) -> Int[np.ndarray, "T 3"]:
 
 def _pose(node: dict[str, Any]) -> Float[np.ndarray, "4 4"]:
     """Return the transform (4, 4) of a node in its parent's frame."""
+    from scipy.spatial.transform import Rotation  # most commands read no such file
+
     T = np.eye(4)
     if "matrix" in node:  # by columns
         T = np.array(node["matrix"], float).reshape(4, 4).T

@@ -175,11 +175,17 @@ def claims(packed):
 
 @pytest.mark.parametrize(
     "data",
-    [nested(5300), nested(100_000), claims(False), claims(True), b"MATLAB 5.0" + bytes(200)],
+    [
+        lambda: nested(5300),
+        lambda: nested(100_000),
+        lambda: claims(False),
+        lambda: claims(True),
+        lambda: b"MATLAB 5.0" + bytes(200),
+    ],
     ids=["cells", "more cells", "claims", "packed claims", "damaged"],
 )
 def test_a_matlab_file_that_its_parser_does_not_survive_is_one_line(tmp_path, data):
-    (tmp_path / "f.mat").write_bytes(data)
+    (tmp_path / "f.mat").write_bytes(data())
     asked = LayoutMatModel(file="f.mat", link="elbow", variable="v")
     with refused("f.mat"):
         list(sensors_of_mat(tmp_path / "f.mat", asked, UR10, Sensor()))
