@@ -133,8 +133,8 @@ def smallest_object(
 
 def gap_excess(scene: Scene, setup: Setup) -> float:
     """Return by how much the diameters of unseen spheres of ``setup`` that were found exceed the
-    goals' largest gaps, summed over the goals, m; 0 for more than ``MANY`` poses, at which finding
-    them takes too long for a search.
+    goals' largest gaps, as a share of each, summed over the goals; 0 for more than ``MANY`` poses,
+    at which finding them takes too long for a search.
 
     Raises:
         ValueError: as ``unseen_space`` does.
@@ -147,7 +147,7 @@ def gap_excess(scene: Scene, setup: Setup) -> float:
                 for pose in range(len(scene.poses))
             )
             largest = max(largest_object(space, BALL, WIDTH / 2).low for space in spaces)
-            excess.append(max(2 * largest - goal.largest_gap, 0.0))
+            excess.append(max(2 * largest / goal.largest_gap - 1, 0.0))
     return math.fsum(excess)
 
 

@@ -89,8 +89,8 @@ class SearchResult(JsonRecord):
     short: InPython[float] = 0.0
     """Sum by which the exact values miss the goals' floors."""
     excess: InPython[float] = 0.0
-    """Sum by which spheres that no sensor sees exceed the goals' largest gaps, m; not searched with
-    many poses, nor for other criteria than ζ."""
+    """Sum by which spheres that no sensor sees exceed the goals' largest gaps, as a share of each;
+    not searched with many poses, nor for other criteria than ζ."""
     voxel: InPython[float] = 0.01
     """Side of the voxels of the count, m."""
     verified: InPython[tuple[Verified, ...]] = ()
@@ -105,7 +105,7 @@ class SearchResult(JsonRecord):
 
     @property
     def missed(self) -> float:
-        """What the goals' floors and largest gaps lack, in sum."""
+        """What the goals' floors and largest gaps lack, in sum of shares."""
         return self.short + self.excess
 
     @property

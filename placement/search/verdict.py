@@ -33,13 +33,13 @@ class Chosen:
     voxel: float
     """Side of the voxels of the count, m."""
     excess: float = 0.0
-    """Sum by which spheres that no sensor sees exceed the goals' largest gaps, m."""
+    """Sum by which spheres that no sensor sees exceed the largest gaps, as a share of each."""
     verified: tuple[Verified, ...] = ()
     """Exact ζ of each goal, where ζ is the criterion and its count was not rough."""
 
     @property
     def missed(self) -> float:
-        """What the goals' floors and largest gaps lack, in sum."""
+        """What the goals' floors and largest gaps lack, in sum of shares."""
         return self.short + self.excess
 
 

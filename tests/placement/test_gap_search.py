@@ -173,6 +173,19 @@ def test_sharp_soft_beams_meet_the_balls_within_their_functions():
         assert soft.share(arrays, value, SHARP) == pytest.approx(share, abs=0.005)
 
 
+def test_what_a_gap_lacks_is_a_share_of_it_as_what_a_floor_lacks():
+    box, setup = Box((0.1, 0.1, 0.1), (0.5, -0.5, 0.5)), ring_layout(Scene(), 1, 4)
+
+    def over(*gaps):
+        goals = [replace(box, largest_gap=gap, name=f"{gap} m") for gap in gaps]
+        return gap_excess(Scene(targets=tuple(goals)), setup)
+
+    diameter = 0.02 * (1 + over(0.02))
+    assert over(0.04) == pytest.approx(diameter / 0.04 - 1)
+    assert over(0.02, 0.04) == pytest.approx(over(0.02) + over(0.04))
+    assert diameter > 0.04
+
+
 @pytest.mark.slow
 def test_a_search_with_a_largest_gap_leaves_no_larger_sphere():
     box = Box((0.8, 0.8, 0.5), (0.8, 0.0, 0.5), name="box")
