@@ -115,7 +115,7 @@ def search_from(
         setup: starting point of the search.
         tell: receives the progress.
         stopped: returns True to end the search with the best result so far.
-        target: target that replaces the scene's goals, or None.
+        target: target that replaces the scene's goals, or None; what the scene demands of it stays.
         free: True to choose rings and counts freely with the same number of sensors; False to keep
             links and counts.
         seed: random seed of the search.
@@ -126,7 +126,10 @@ def search_from(
         InfeasibleError: if the scene's rules leave no place for such rings.
         ValueError: for an empty target or a setup without rings.
     """
-    asked = scene if target is None else replace(scene, targets=(target,), over_poses="mean")
+    asked = scene
+    if target is not None:
+        stated = tuple(goal for goal in scene.targets if goal.target == target)
+        asked = replace(scene, targets=stated or (target,), over_poses="mean")
     present = rounded(setup, scene.sensor)
     if not present.rings:
         raise ValueError("the setup has no ring to search from; add one")

@@ -25,6 +25,7 @@ from place_rings.coverage.targets.named import (
     Shell,
     ToolSphere,
 )
+from place_rings.coverage.targets.own import Box
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.robots.urdf_options import UrdfOptions
 from place_rings.objectives.feasibility.violations import faults, mount_faults
@@ -34,6 +35,7 @@ from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.schedule import Round
 from place_rings.viewer import html as words
+from place_rings.viewer import tasks
 from place_rings.viewer.colours import KINDS, WARNING, rgb
 from place_rings.viewer.drawing import Dots, Drawing, DrawnMesh, Edges
 from place_rings.viewer.drawn_parts import DrawnParts
@@ -301,6 +303,21 @@ def test_a_search_from_here_is_never_for_worse(start):
     assert [(r.link, r.count) for r in sorted(found.setup.rings, key=str)] == [
         (r.link, r.count) for r in sorted(start.rings, key=str)
     ]
+
+
+def test_a_search_for_one_target_keeps_what_the_scene_demands_of_it(monkeypatch):
+    box = Box((0.1, 0.1, 0.1), (0.5, -0.5, 0.5), largest_gap=0.05)
+    scene, searched = Scene.paper(targets=(box, Shell(0.2, weight=2.0))), []
+
+    def search(space, *_):
+        searched.append(space.scene.targets)
+        raise JobStoppedError
+
+    monkeypatch.setattr(tasks, "search", search)
+    for target in (box.target, Shell(0.3)):
+        with pytest.raises(JobStoppedError):
+            search_from(scene, SMALL, lambda *_: None, lambda: False, target, voxel=0.1)
+    assert searched == [(box,), (Shell(0.3),)]
 
 
 def test_a_stopped_search_gives_what_was_there():
