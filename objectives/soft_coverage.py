@@ -27,7 +27,7 @@ _chosen = jax.jit(SoftTerms.choose, static_argnames="most")
 _value = jax.jit(SoftTerms.criterion)
 _slope = jax.jit(jax.value_and_grad(SoftTerms.criterion, argnums=2, has_aux=True))
 _mean = jax.jit(SoftTerms.mean, static_argnames="most")
-_PAIRS = 3 << 18  # of sensors and points that are processed at once, in some 250 MB
+_PAIRS = 1 << 17  # of sensors and points that are processed at once: they fit in a cache
 
 
 class SoftCoverage:
@@ -126,7 +126,7 @@ class SoftCoverage:
     def _pieces(
         self, arrays: RingArrays, values: Any, width: float, sample: Sample
     ) -> list[Sample]:
-        """Return the points in pieces that fit in memory, each with what the others contribute.
+        """Return the points in pieces of one size, each with what the others contribute.
 
         The sum of the gradients of all pieces is the gradient.
         """
@@ -134,12 +134,14 @@ class SoftCoverage:
         pairs = terms * n * len(arrays.length) * self.near(arrays)
         if pairs <= _PAIRS:
             return [sample]
-        pieces = [
-            Sample(points, sample.share * points.shape[1] / n)
-            for points in np.array_split(np.asarray(sample.points), -(-pairs // _PAIRS), axis=1)
-        ]
+        size = -(-n // -(-pairs // _PAIRS))
+        points, pieces = np.asarray(sample.points), []
+        for start in range(0, n, size):
+            at = np.arange(start, start + size)  # past the last point, it stands in without weight
+            share = np.where(at < n, sample.share * size / n, 0.0)[None, None]
+            pieces.append(Sample(points[:, np.minimum(at, n - 1)], share))
         each = [
-            piece.share * self._applied(_value, arrays, values, width, piece)[1].mean(axis=-1)
+            (piece.share * self._applied(_value, arrays, values, width, piece)[1]).mean(axis=-1)
             for piece in pieces
         ]
         whole = sample.rest + sum(each)
@@ -153,7 +155,7 @@ class SoftCoverage:
         most, shape = self.near(arrays), (len(self.terms.pose), self.terms.units(arrays))
         chosen = _chosen(self.terms, arrays, values, sample.points, width, most=most)
         rest = jnp.broadcast_to(jnp.asarray(sample.rest, jnp.float32), shape)
-        whole = Sample(sample.points, jnp.float32(sample.share), rest)
+        whole = Sample(sample.points, jnp.asarray(sample.share, jnp.float32), rest)
         return function(self.terms, arrays, values, whole, width, chosen)
 
     def mean(

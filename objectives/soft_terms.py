@@ -41,6 +41,7 @@ from .gap_goals import without_gaps
 from .scene import Scene
 
 _STRAIGHT = np.array([[[1.0, 0.0, 0.0]]], np.float32)  # the seat of a sensor that does not err
+_TOGETHER = 1 << 17  # rings and points of terms that are processed at once
 _ANYWHERE = 1e4  # m, radius of a ball that every beam meets
 Term = tuple[int, int]  # goal and pose
 
@@ -50,8 +51,8 @@ class Sample(NamedTuple):
 
     points: Float[Array, "T N 3"]
     """The points, m, base frame."""
-    share: Float[Array, ""] | float = 1.0
-    """Their share of all points."""
+    share: Float[Array, "*each"] | float = 1.0
+    """Their share of all points, or that share times each one's weight (1, 1, N)."""
     rest: Float[Array, "T U"] | float = 0.0
     """Sum over the other points of the degree to which they count as covered, over all points."""
 
@@ -220,7 +221,7 @@ class SoftTerms:
 
         seats = None if seat is None else seat[self.mounting]
         degrees = self._each_term(term, rings, hidden, sample.points, self.ball, chosen, seats)
-        return sample.rest + sample.share * degrees.mean(axis=-1), degrees
+        return sample.rest + (sample.share * degrees).mean(axis=-1), degrees
 
     def _placed(
         self, arrays: RingArrays, values: Any, width: Any
@@ -240,7 +241,7 @@ class SoftTerms:
 
     def _each_term(self, function: Any, rings: Any, occluders: Any, *each: Any) -> Any:
         """Return the results of a function of the rings, the occluders and ``each`` for all
-        terms."""
+        terms; the first of ``each`` are the points."""
 
         def term(one: Any) -> Any:
             pose, mounting, *more = one
@@ -249,10 +250,12 @@ class SoftTerms:
             return function(here, hidden, *more)
 
         terms = (self.pose, self.mounting, *each)
-        if len(self.pose) == 1:  # a loop takes longer to compile
+        if len(self.pose) == 1:  # without an axis of terms it takes a third of the time
             one = term(jax.tree.map(lambda a: a[0], terms))
             return jax.tree.map(lambda a: a[None], one)
-        return jax.lax.map(term, terms)
+        points, *_ = each  # (T, N, 3)
+        together = max(1, _TOGETHER // (points.shape[1] * rings.count.shape[-1] or 1))
+        return jax.lax.map(term, terms, batch_size=together)
 
     def _occluding(self, arrays: RingArrays, values: Any, width: Any) -> Occluding | None:
         """Return what occludes the sensors at all poses; None if nothing does."""

@@ -26,6 +26,7 @@ from ..rings.ring_kinematics import RingArrays, with_base
 from ..solids.beams import InBeam
 from ..solids.segments import Coordinates
 from ..solids.sensor_beams import BeamShapes
+from .fast_angles import azimuth, direction
 
 register_trees()
 
@@ -52,7 +53,7 @@ class RingsAt:
     phase: Float[Array, "*batch G"]
     """Phases, rad."""
     count: Float[Array, "*batch G"]
-    """Number of sensors, which may be a real number; 0 for no ring."""
+    """Number of sensors; 0 for no ring."""
     first: Int[Array, "*batch G"]
     """Number of each ring's first sensor."""
     radius: Float[Array, "*batch G"]
@@ -115,8 +116,6 @@ class NearSensors(NamedTuple):
 
     sensor: Int[Array, "G M N"]
     """Number of the sensor."""
-    turns: Float[Array, "G M N"]
-    """Number of the sensor on its ring, from the first one."""
     east: Float[Array, "G M N"]
     """Its direction from the ring's centre, along ``zero``."""
     north: Float[Array, "G M N"]
@@ -132,7 +131,7 @@ def near_sensors(
     x, y, z = rings.across(points)
     outward = jnp.where(jnp.cos(rings.tilt) < 0, -1.0, 1.0)[:, None]  # -1: towards the far side
     gap = _gap(rings)[:, None]
-    off = (jnp.arctan2(outward * y, outward * x) - rings.phase[:, None]) / gap  # (G, N)
+    off = (azimuth(outward * x, outward * y) - rings.phase[:, None]) / gap  # (G, N)
     past = 0.0
     if rings.detectors is None:
         past = _past(rings, jnp.sqrt(x * x + y * y), z, slack) / gap
@@ -143,10 +142,11 @@ def near_sensors(
     rank = passed[:, None] + np.arange(most, dtype=np.float32)[None, :, None]  # (G, M, N)
     step = jnp.ceil(rank / 2) * jnp.where(rank % 2 == 1, 1, -1)
     number = nearest[:, None] + ahead[:, None] * step
-    number = jnp.mod(number, jnp.maximum(rings.count, 1)[:, None, None])
-    angle = rings.phase[:, None, None] + number * gap[..., None]
+    count = jnp.maximum(rings.count, 1)[:, None, None]
+    number = number - count * jnp.floor(number / count)
+    turns = number / count + rings.phase[:, None, None] / (2 * math.pi)
     sensor = rings.first[:, None, None] + number.astype(jnp.int32)
-    return NearSensors(sensor, number, jnp.cos(angle), jnp.sin(angle))
+    return NearSensors(sensor, *direction(turns))
 
 
 def _gap(rings: RingsAt) -> Float[Array, " G"]:
@@ -163,7 +163,8 @@ def _past(rings: RingsAt, rho: Any, z: Any, slack: Numbers) -> Any:
     each = jax.tree.map(lambda a: jnp.asarray(a)[:, None], shapes)
     furthest = each.by_shape(lambda shape, sizes: shape.base(sizes, tilt, z, slack))
     radius = rings.radius[:, None] * jnp.where(cos < 0, -1.0, 1.0)
-    return jnp.arccos(jnp.clip((furthest + radius) / jnp.maximum(rho, _NIL), -1.0, 1.0))
+    cosine = jnp.clip((furthest + radius) / jnp.maximum(rho, _NIL), -1.0, 1.0)
+    return azimuth(cosine, jnp.sqrt(1 - cosine * cosine))
 
 
 def of_sensors(values: Any) -> Any:
@@ -237,8 +238,6 @@ def _in_beams(rings: RingsAt, near: NearSensors, v: Any, seat: Any) -> InBeam:
 
 def _outwards(rings: RingsAt, near: NearSensors) -> tuple[Any, Any]:
     """Return the directions of sensors from the centres of their rings, along ``zero`` and
-    ``side``, with the gradient by phase and number."""
-    phase, gap = (a - jax.lax.stop_gradient(a) for a in (rings.phase, _gap(rings)))
-    turned = phase[:, None, None] + near.turns * gap[:, None, None]  # 0, with a gradient
-    level = 1 - turned * turned / 2
-    return near.east * level - near.north * turned, near.north * level + near.east * turned
+    ``side``, with the gradient by phase."""
+    turned = (rings.phase - jax.lax.stop_gradient(rings.phase))[:, None, None]  # 0
+    return near.east - near.north * turned, near.north + near.east * turned

