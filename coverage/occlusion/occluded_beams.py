@@ -128,16 +128,16 @@ class OccludedBeams(Parts):
     def shares(self, pairs: CubePairs) -> VolumeFraction:
         """See ``Parts.shares``: the share of the cone, outside dark intervals and shadows."""
         each, value, normal = self.cones.each_share(pairs)
-        points, _, index, _, side, slack, _ = pairs
+        points, _, index, _, side, slack, curved = pairs
         if np.isfinite(self.late[..., 0]).any():
             v = points - rows(self.cones.apex, index)
             away = np.sqrt(dot(v, v))
             for dark, keep in ((self.dark, "low"), (self.late, "high")):
                 for start, end in np.moveaxis(dark[index], (1, 2), (0, 1)):
                     cut = np.flatnonzero(inside(away, start, end) > -side - slack)
-                    feet = feet_of_points(len(cut)) if pairs.curved else None
+                    feet = feet_of_points(len(cut))
                     before, until = (
-                        distance_tangent(v[cut], radius[cut], side, feet).share(side, slack)
+                        distance_tangent(v[cut], radius[cut], side, feet, curved).share(side, slack)
                         for radius in (start, np.minimum(end, _FAR))
                     )
                     both = each.only(cut) & (before | -until)

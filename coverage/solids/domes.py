@@ -73,8 +73,8 @@ class Domes(BeamShape):
         share, v = mantle.share(side, slack), points - rows(self.apex, index)
         cut = np.flatnonzero(root(dot(v, v)) > self.range_m[index] - side - slack)
         if len(cut):
-            feet = feet_of_points(len(cut)) if pairs.curved else None
-            ball = distance_tangent(v[cut], self.range_m[index[cut]], side, feet)
+            feet, radius = feet_of_points(len(cut)), self.range_m[index[cut]]
+            ball = distance_tangent(v[cut], radius, side, feet, pairs.curved)
             share.cut(cut, ball.share(side, slack))
         return share, mantle.value, mantle.normal
 

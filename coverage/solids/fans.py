@@ -78,7 +78,7 @@ class Fans(BeamShape):
         curves in one direction only, around ``up``, by 1 / hypot(d, x). A wedge beyond a right
         angle is the union of two half-spaces.
         """
-        points, _, index, _, side, slack, _ = pairs
+        points, _, index, _, side, slack, curved = pairs
         axis, up, apex = (rows(a, index) for a in (self.axis, self.up, self.apex))
         v = points - apex
         across, half = cross(up, axis), self.half_angle[index]
@@ -96,7 +96,7 @@ class Fans(BeamShape):
             for sign in (1.0, -1.0)
         ]
         aside = v - y[:, None] * up
-        sector = distance_tangent(aside, self.range_m[index], side, feet_on_lines(up))
+        sector = distance_tangent(aside, self.range_m[index], side, feet_on_lines(up), curved)
         share = share & sector.share(side, slack)
         both, either = sides[0] & sides[1], sides[0] | sides[1]
         wide, full = half > np.pi / 2, half > np.pi - FULL

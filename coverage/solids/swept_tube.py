@@ -114,26 +114,25 @@ class Tube(Parts):
         on its negative side (see ``decide``). Then each point of the cube lies between the planes
         of some slab of the run, and the points near all its segments are inside.
         """
-        points, cell, index, _, side, slack, _ = pairs
+        points, cell, index, _, side, slack, curved = pairs
         before, after, across = self._slab(points, index)
         start, end = (rows(self.centre, self.first[index] + more) for more in (0, 1))
-        near = feet(points, start, end, side) if pairs.curved else None
-        round_ = distance_tangent(across, self.radius, side, near)
-        planes = []
-        for value, disc in ((before, self.first[index]), (after, self.first[index] + 1)):
-            normal = rows(self.normal, disc)
-            planes.append((value, np.abs(normal).sum(axis=1) * side / 2 + slack, normal))
-        below = [plane_share(value, normal, side, slack) for value, _, normal in planes]
+        near = feet(points, start, end, side)
+        round_ = distance_tangent(across, self.radius, side, near, curved)
+        below = [
+            plane_share(value, rows(self.normal, self.first[index] + more), side, slack)
+            for more, value in enumerate((before, after))
+        ]
         between = -(-(-below[0] & below[1]) & -(below[0] & -below[1]))
         inside = round_.share(side, slack)
         union = union_bounds(pairs, inside & between, round_.value, round_.normal)
         run = self._runs(cell, index, np.ones(len(cell), bool))
         positive, negative = np.zeros((2, len(cell) + 1), bool)
-        for value, reach, _ in planes:
-            positive[run[value > reach]] = True
-            negative[run[value < -reach]] = True
+        for share in below:
+            positive[run[share.high == 0]] = True
+            negative[run[share.low == 1]] = True
         held = (positive & negative)[run]
-        if near is not None:
+        if curved:
             self._about_one_disc(pairs, near, inside, held, union)
         if held.any():
             first = first_of(run[held])

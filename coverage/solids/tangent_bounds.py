@@ -245,7 +245,11 @@ def away(
 
 
 def distance_tangent(
-    v: Float[np.ndarray, "P 3"], radius: Numbers, side: float, feet: Feet | None = None
+    v: Float[np.ndarray, "P 3"],
+    radius: Numbers,
+    side: float,
+    feet: Feet | None = None,
+    curved: bool = True,
 ) -> Tangent:
     """Return the tangent of ``distance from a convex body - radius`` at the cube's centre.
 
@@ -253,12 +257,12 @@ def distance_tangent(
     the body is at most that from this one point, whose curvature is at most 1 / distance. Where
     ``feet`` states that this point or its line is nearest for the whole cube, the distance is
     hypot(r + xi, eta) with xi along the normal, and exceeds r + xi by at least
-    eta^2 / (2 hypot(r + xi, eta)).
+    eta^2 / (2 hypot(r + xi, eta)); without ``curved`` (see ``CubePairs``) this is not used.
     """
     distance, normal = away(v, side)
     xi = np.abs(normal).sum(axis=1) * side / 2
     bend, along, least = curvature(distance - xi), None, None
-    if feet is not None:
+    if feet is not None and curved:
         aside = np.zeros_like(normal)
         np.put_along_axis(aside, np.abs(normal).argmin(axis=1)[:, None], 1.0, axis=1)
         first = np.cross(np.where(feet.between[:, None], feet.axis, aside), normal)
@@ -307,8 +311,6 @@ class RoundParts(TangentParts):
 
     def each_share(self, pairs: CubePairs) -> tuple[VolumeFraction, Any, Any]:
         """See ``TangentParts.each_share``."""
-        away, feet = self.away(pairs.points, pairs.part), None
-        if pairs.curved:
-            feet = self.feet(pairs)
-        t = distance_tangent(away, self.radius[pairs.part], pairs.side, feet)
+        away, radius = self.away(pairs.points, pairs.part), self.radius[pairs.part]
+        t = distance_tangent(away, radius, pairs.side, self.feet(pairs), pairs.curved)
         return t.share(pairs.side, pairs.slack), t.value, t.normal

@@ -15,7 +15,7 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.base import CubePairs
 from place_rings.coverage.solids.beams import InBeam
 
-from ..strategies.singles import SENSORS, singles
+from ..strategies.singles import KINDS, SENSORS, fan, frustum, singles
 from ..strategies.units import GENERATORS, failures, metres, points_mm
 from ..support.refusals import refused
 
@@ -108,6 +108,23 @@ def test_tangent_planes_lie_below_the_functions(each, centres_mm, side_mm, rng):
         _, value, normal = beams.each_share(pairs)
         below = value + (offset * normal).sum(axis=-1) <= beams.part(centres + offset, k) + 1e-9
         assert failures(centres, below.all(axis=0)) == []
+
+
+@pytest.mark.parametrize("sensor", [*KINDS[:-1], fan(300, 500, 20), frustum(100, 500, 200)])
+def test_a_round_surface_has_wider_bounds_without_its_curvature(sensor):
+    """Those of pyramids, which have planes alone, are the same."""
+    beams = beams_of([MountedSensor("base", (0, 0, 0), (1, 0, 0), sensor, up=(0, 0, 1))])
+    points = np.random.default_rng(1).uniform(-0.6, 0.6, (20_000, 3))
+    near = points[np.argsort(np.abs(beams(points)))[:500]]
+    cell, part = np.arange(len(near)), np.zeros(len(near), int)
+    curved, planes = (
+        beams.shares(CubePairs(near, cell, part, len(near), 0.05, 1e-12, follow))
+        for follow in (True, False)
+    )
+    assert (planes.low <= curved.low + 1e-12).all()
+    assert (planes.high >= curved.high - 1e-12).all()
+    wider = (planes.high - planes.low) - (curved.high - curved.low) > 1e-6
+    assert wider.any() == (sensor.shape != "beam" or sensor.fov_up is None)
 
 
 def test_a_half_ball_a_disc_and_a_cylinder_have_closed_forms():
