@@ -28,6 +28,7 @@ from jaxtyping import Bool, Float, Int
 from scipy import stats
 
 from ..coverage.definitions.definition import definition
+from ..coverage.definitions.equality import equal_fields
 from ..coverage.definitions.units import Covered
 from ..coverage.occlusion.occlusion_mode import Occlusion
 from ..coverage.occlusion.ranging import slabs
@@ -57,6 +58,8 @@ class Timing:
     """Period of the readings."""
     latency: float
     """Latency of a report."""
+
+    __eq__ = equal_fields
 
     @property
     def spent(self) -> Float[np.ndarray, " K"]:
@@ -99,6 +102,8 @@ class Approaches:
     """Whether the report came in time."""
     walk: int
     """Number of steps of a walk."""
+
+    __eq__ = equal_fields
 
     def share(self, chosen: slice | Bool[np.ndarray, " A"] = slice(None)) -> "ApproachShare":
         """Return the share of approaches in time."""

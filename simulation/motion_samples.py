@@ -7,6 +7,7 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..coverage.definitions.equality import equal_fields
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.protective_volume import distances, moving
@@ -47,6 +48,8 @@ class Moments:
     """Weights of the moments, with sum 1."""
     together: bool
     """Whether the moments follow each other by ``STEP``; otherwise each stands alone."""
+
+    __eq__ = equal_fields
 
     def drawn(self, rng: np.random.Generator, steps: int) -> Int[np.ndarray, " steps"]:
         """Return the moments of ``steps`` steps that end at a random one: consecutive moments, or

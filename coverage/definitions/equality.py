@@ -1,6 +1,7 @@
 """Equality of dataclasses whose fields hold arrays.
 
 Python writes the comparison itself, but that of two arrays is an array and has no truth value.
+Where both have no value (nan), they are equal.
 """
 
 import dataclasses
@@ -21,5 +22,5 @@ def _equal(one: Any, other: Any) -> bool:
     if one is other:
         return True
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return np.array_equal(one, other)
+        return np.array_equal(one, other, equal_nan=np.asarray(one).dtype.kind == "f")
     return bool(one == other)

@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 
+from ...coverage.definitions.equality import equal_fields
 from ...coverage.definitions.errors import InputError
 from ...coverage.definitions.options import Number, Whole
 from ...coverage.robots.kinematics import Chain
@@ -35,6 +36,8 @@ class TwinFrame:
     """0: valid; 1: no target; 255: no such zone."""
     targets_mm: Float[np.ndarray, "K Z T"]
     """Distances of all targets of each zone, nearest first, mm; nan without one."""
+
+    __eq__ = equal_fields
 
 
 @dataclass(eq=False)
