@@ -21,7 +21,7 @@ from ...objectives.smallest_object import SIDE, WIDTH, bodies_of, unseen_space
 from ...simulation.twin.building import TwinOptions, sensor_twin
 from ...simulation.twin.sensor_twin import SensorTwin
 from ..engine.runner import register
-from ..engine.scenes import Rings, Sensors, scene_from, setup_from
+from ..engine.scenes import asked_from, scene_from
 
 ABOVE = 1.1
 """Diameter of the larger spheres, over the upper bound."""
@@ -47,22 +47,21 @@ class SphereTrials:
 
 
 @register("twin spheres")
-def spheres(
-    scene: Mapping[str, Any],
-    setup: str | Rings | Sensors,
-    target: str,
-    radius: float | None,
-    places: int,
-    seed: int,
-) -> dict[str, Any]:
+def spheres(scene: Mapping[str, Any], places: int, seed: int, **asked: Any) -> dict[str, Any]:
     """Bound the largest unseen sphere of a target, and let a twin's sensors report spheres below
     and above its diameter.
+
+    Args:
+        scene: keys of the scene.
+        places: random places for a sphere above the upper bound, at most.
+        seed: seed of the places.
+        asked: setup and target, see ``asked_from``.
 
     Returns:
         The values of ``SphereTrials``.
     """
     where = scene_from(scene)
-    rings, volume = setup_from(setup, where), where.target_named(target, radius)
+    rings, volume = asked_from(where, **asked)
     best = largest_object(unseen_space(where, rings, volume, 0, SIDE, 0.0), BALL, WIDTH / 2)
     small, large = max(best.low - _BELOW, _BELOW), ABOVE * best.high
     options = TwinOptions(bodies=[Sphere(small), Sphere(large)], mask="scene", noise=None)

@@ -16,7 +16,7 @@ from ...placement.space.starts import fresh
 from ...simulation.human import PEDESTAL, bones
 from ...simulation.walk import walk
 from ..engine.runner import register
-from ..engine.scenes import Rings, Sensors, ring_keys, scene_from, setup_from
+from ..engine.scenes import Rings, Sensors, asked_from, ring_keys, scene_from, setup_from
 from .trials import person_bodies, piece_body, trial, walker
 from .twin import Twin
 
@@ -74,7 +74,7 @@ def trials(
     """
     verifier, detection = _verifier(json.dumps(scene, sort_keys=True)), detection_of(**question)
     where = verifier.scene
-    rings, volume = setup_from(setup, where), where.target_named(target, radius)
+    rings, volume = asked_from(where, setup, target, radius)
     predicted = at_pose(verifier, rings, volume, 0, detection)
     rng = np.random.default_rng(seed)
     points = where.sample(volume, 0, _SOBOL * places, seed)

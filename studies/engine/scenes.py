@@ -58,6 +58,13 @@ def setup_from(setup: str | Rings | Sensors, scene: Scene) -> Setup:
     return with_scene(stated, scene.sensor, scene.default_radius)
 
 
+def asked_from(
+    scene: Scene, setup: str | Rings | Sensors, target: str, radius: float | None
+) -> tuple[Setup, Target]:
+    """Return the setup and the target that a cell asks about, in its scene."""
+    return setup_from(setup, scene), scene.target_named(target, radius)
+
+
 def setup_keys(setup: Setup, scene: Scene) -> dict[str, list[dict[str, Any]]]:
     """Return the rings and single sensors of a setup as in a proposal file."""
     return table_of(setup, scene.sensor, lean=True)

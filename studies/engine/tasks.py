@@ -22,7 +22,7 @@ from ...placement.search.search import search as searching
 from ...placement.space.design import Space
 from ...placement.stop_token import StopToken
 from .runner import register
-from .scenes import Rings, Sensors, ring_keys, scene_from, setup_from
+from .scenes import Rings, Sensors, asked_from, ring_keys, scene_from, setup_from
 from .store import Cell
 
 _COUNTING = 0.2  # share of a search's time reserved for the exact count of its finalists
@@ -68,8 +68,7 @@ def zeta(
             not store.
     """
     verifier = _verifier(json.dumps(scene, sort_keys=True), rule, voxel, width)
-    wanted = verifier.scene.target_named(target, radius)
-    found = verifier.verify(setup_from(setup, verifier.scene), wanted)
+    found = verifier.verify(*asked_from(verifier.scene, setup, target, radius))
     if any(
         pose.bounds is not None and width > 0 and not pose.bounds.reached for pose in found.poses
     ):

@@ -34,7 +34,8 @@ def test_a_sphere_is_reported_where_it_reaches_into_a_cone(radius, depth, turn):
 
 @pytest.mark.parametrize("model", [pytest.param("vl53l1x", marks=pytest.mark.slow), "vl53l5cx"])
 def test_no_zone_reports_the_largest_unseen_sphere_and_some_zone_a_larger_one(model):
-    each = spheres(study.scene_keys("ur10", model), "n2_8_25", "V_S", 0.5, places=10, seed=0)
+    asked = {"setup": "n2_8_25", "target": "V_S", "radius": 0.5}
+    each = spheres(study.scene_keys("ur10", model), places=10, seed=0, **asked)
     one = SphereTrials(**each)
     assert 0 < one.low_mm <= one.high_mm
     assert one.reports == 0
