@@ -171,11 +171,8 @@ def _(parts: OccludedBeams, grid: BlockGrid, points: np.ndarray, index: np.ndarr
         before, until = (
             here.words(within(radius[cut], v)) for radius in (start, np.minimum(end, _FAR))
         )
-        mask.sure[cut] &= before.sure | ~until.maybe
-        mask.maybe[cut] &= before.maybe | ~until.sure
+        mask.keep(cut, before | -until)
     for shadows in parts.shadows:
         for pairs, entry in shadows.ranks(index, lambda: mask.maybe != 0):
-            free = shadows.free(grid.only(pairs), points[pairs], entry)
-            mask.sure[pairs] &= free.sure
-            mask.maybe[pairs] &= free.maybe
+            mask.keep(pairs, shadows.free(grid.only(pairs), points[pairs], entry))
     return mask

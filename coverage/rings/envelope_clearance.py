@@ -16,12 +16,13 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from .convex_extents import extents
 from .ring_envelope import Envelope
 
 _PIECES = 512  # of a capsule's axis; an end of a blocked interval errs by less than their length
+_BATCH = 64  # capsules at once
 _BEYOND = 0.1  # m beyond the span within which convex bodies are examined
 Blocked = tuple[float, float, int]
 """Lowest and highest blocked position, m along the mount axis, and the index of the body."""
@@ -41,19 +42,30 @@ def blocked_by_capsules(
         thick: radii (C,) of the capsules, m.
     """
     cuts: list[Blocked] = []
-    share = np.linspace(0.0, 1.0, _PIECES + 1)
-    for i in _candidates(envelope, start, end, thick):
-        points = start[i] + share[:, None] * (end[i] - start[i])
-        height, off = points[:, 0], np.hypot(points[:, 1], points[:, 2])
-        across = float(np.linalg.norm((end[i] - start[i])[1:])) / _PIECES
-        low, high = (pick(height[:-1], height[1:]) for pick in (np.minimum, np.maximum))
+    met = _candidates(envelope, start, end, thick)
+    for some in np.array_split(met, len(met) // _BATCH + 1):
+        at, way = (a[some].T[..., None] for a in (start, end - start))
+        height, *aside = at + np.linspace(0.0, 1.0, _PIECES + 1) * way  # (C, _PIECES + 1) each
+        off, radius = np.hypot(*aside), thick[some, None]
+        across = np.hypot(*way[1:]) / _PIECES
+        low, high = (pick(height[:, :-1], height[:, 1:]) for pick in (np.minimum, np.maximum))
         for band in envelope.bands:
             gap = np.maximum(np.maximum(envelope.bore - off, off - band.outer), 0.0)
-            least = np.maximum((gap[:-1] + gap[1:] - across) / 2, 0.0)
-            meets = least < thick[i]
-            reach = np.sqrt(np.maximum(thick[i] ** 2 - least[meets] ** 2, 0.0))
-            ends = low[meets] - band.high - reach, high[meets] - band.low + reach
-            cuts += [(a, b, int(i)) for a, b in _merged(*ends)]
+            least = np.maximum((gap[:, :-1] + gap[:, 1:] - across) / 2, 0.0)
+            meets = least < radius
+            # the intervals of neighbouring pieces overlap: a run of pieces has one
+            first = np.flatnonzero(np.diff(meets, axis=1, prepend=False) & meets)
+            if not len(first):
+                continue
+            reach = np.sqrt(np.maximum(radius**2 - least**2, 0.0))
+            ends = (
+                pick.reduceat(np.where(meets, value, beyond).ravel(), first).tolist()
+                for pick, value, beyond in (
+                    (np.minimum, low - band.high - reach, np.inf),
+                    (np.maximum, high - band.low + reach, -np.inf),
+                )
+            )
+            cuts += zip(*ends, some[first // _PIECES].tolist(), strict=True)
     return sorted(cuts)
 
 
@@ -62,26 +74,13 @@ def _candidates(
     start: Float[np.ndarray, "C 3"],
     end: Float[np.ndarray, "C 3"],
     thick: Float[np.ndarray, " C"],
-) -> list[int]:
+) -> Int[np.ndarray, " M"]:
     """Return the capsules that come nearer to the mount axis than the envelope's outer radius."""
     a, way = start[:, 1:], end[:, 1:] - start[:, 1:]
     square = np.sum(way**2, axis=1)
     t = np.clip(-np.sum(a * way, axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
     nearest = np.linalg.norm(a + t[:, None] * way, axis=1)
-    return np.flatnonzero(nearest - thick < envelope.outer).tolist()
-
-
-def _merged(
-    low: Float[np.ndarray, " N"], high: Float[np.ndarray, " N"]
-) -> list[tuple[float, float]]:
-    """Return the union of N intervals as disjoint ones."""
-    order = np.argsort(low)
-    low, high = low[order], np.maximum.accumulate(high[order])
-    if not len(low):
-        return []
-    first = np.flatnonzero(np.concatenate([[True], low[1:] > high[:-1]]))
-    last = np.concatenate([first[1:] - 1, [len(low) - 1]])
-    return [(float(low[i]), float(high[j])) for i, j in zip(first, last, strict=True)]
+    return np.flatnonzero(nearest - thick < envelope.outer)
 
 
 def blocked_by_polyhedra(

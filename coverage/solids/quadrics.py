@@ -1,5 +1,5 @@
 """Quadrics: polynomials of degree 2 of the offset from a centre, by their coefficients of 1, x, y,
-z, x^2, y^2, z^2, xy, xz, yz. A solid states quadrics that are all at least 0 inside it, and at no
+z, x^2, y^2, z^2, xy, xz, yz; a plane by the first four. A solid states quadrics that are all at least 0 inside it, and at no
 point outside.
 """
 
@@ -24,11 +24,9 @@ def product(a: Array, along_a: Array, b: Array, along_b: Array) -> Float[np.ndar
     return q
 
 
-def plane(value: Array, normal: Array) -> Float[np.ndarray, "10 P"]:
-    """Return the quadric value + normal . o of the offset o from a centre, ``normal`` (P, 3)."""
-    q = np.zeros((10, len(normal)))
-    q[0], q[1:4] = value, normal.T
-    return q
+def plane(value: Array, normal: Array) -> Float[np.ndarray, "4 P"]:
+    """Return the polynomial value + normal . o of the offset o from a centre, ``normal`` (P, 3)."""
+    return np.concatenate([value[None], normal.T])
 
 
 def within(radius: Numbers, v: Array, share: Numbers = 1.0) -> Float[np.ndarray, "10 P"]:

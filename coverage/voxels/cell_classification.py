@@ -48,11 +48,11 @@ def verdicts(
         -1 inside the solid, 1 outside, 0 undecided; and for each leaf the ``pairs`` that still
             matter.
     """
-    states, left = _leaf_verdicts(leaves(solid), points, pairs, reach)
+    states, left = leaf_verdicts(leaves(solid), points, pairs, reach)
     return fold(solid, states, VALUES), left
 
 
-def _leaf_verdicts(
+def leaf_verdicts(
     unions: list[Parts], points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], reach: float
 ) -> tuple[list[Int[np.ndarray, " M"]], tuple[Pairs, ...]]:
     """Return verdicts of the ball about each point for each union, and the pairs that matter."""
@@ -108,7 +108,7 @@ def target_verdicts(
             pairs that still matter.
     """
     unions = [leaves(target), leaves(seen)]
-    states, left = _leaf_verdicts([*unions[0], *unions[1]], points, cells.pairs, reach)
+    states, left = leaf_verdicts([*unions[0], *unions[1]], points, cells.pairs, reach)
     mark, whole = cells.mark, len(unions[0])
     for k, held in enumerate(inside_leaves(mark, 0, len(states))):
         states[k][held] = -1
@@ -119,11 +119,11 @@ def target_verdicts(
     for k, (state, each) in enumerate(zip(states, left, strict=True)):
         mark = mark | np.where(state < 0, _bit(k), 0)
         known = ((t if k < whole else v) < 0) | ((mark & _bit(k)) > 0)
-        pairs.append(_unless(known, each))
+        pairs.append(unless(known, each))
     return t, v, cells.left(tuple(pairs), mark)
 
 
-def _unless(known: Bool[np.ndarray, " M"], pairs: Pairs) -> Pairs:
+def unless(known: Bool[np.ndarray, " M"], pairs: Pairs) -> Pairs:
     """Return the pairs of the cells that are not ``known``."""
     keep = ~known[pairs[0]]
     return pairs[0][keep], pairs[1][keep]

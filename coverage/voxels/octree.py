@@ -17,13 +17,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt64
 
 from ..processors import processors
-from ..solids.base import LOGIC, Solid, fold, leaves
+from ..solids.base import LOGIC, VALUES, Solid, fold, leaves
 from .allocation import keep_freed_memory
-from .cell_classification import SLACK, scale, values, verdicts
+from .cell_classification import SLACK, leaf_verdicts, scale, unless, values, verdicts
 from .octree_cells import Cells, Pairs, Region, first_cells
 from .sample_points import points_in_blocks
 from .solid_bitmask import words_in_blocks
-from .voxel_bitmask import LEVEL, VOXELS, BlockGrid, packed
+from .voxel_bitmask import LEVEL, VOXELS, Bitmask, BlockGrid, packed
 from .voxel_set import VoxelSet, centre, differing, runs
 
 Rule = Literal["sampled", "centre", "touch"]
@@ -137,28 +137,36 @@ class Descent:
                 continue
             points = centre(cells.numbers, cells.level, self.voxel)
             reach = math.sqrt(3) / 2 * self.voxel * (1 << cells.level) + SLACK * self.scale
-            state, pairs = verdicts(self.solid, points, cells.pairs, reach)
+            states, pairs = leaf_verdicts(leaves(self.solid), points, cells.pairs, reach)
+            state = fold(self.solid, states, VALUES)
             inside, undecided = state < 0, state == 0
             yield OctreeCount(cells.key[inside], 1 << 3 * cells.level, cells.mark[inside])
             rest = cells.left(pairs, cells.mark).only(undecided)
             if len(rest) == 0:
                 continue
             if self.rule != "touch" and cells.level == LEVEL:
-                yield OctreeCount(rest.key, VOXELS, rest.mark, self._words(rest))
+                word = self._words(rest, [each[undecided] < 0 for each in states])
+                yield OctreeCount(rest.key, VOXELS, rest.mark, word)
             elif cells.level > 0:
                 yield from self.below(rest.children())
             else:
                 held = _touched(self.solid, points[undecided], rest.pairs, self.voxel)
                 yield OctreeCount(rest.key[held], 1, rest.mark[held])
 
-    def _words(self, cells: Cells) -> UInt64[np.ndarray, " M"]:
-        """Return the voxels of blocks whose centre, or sample point, is inside the solid."""
-        grid = BlockGrid(self.voxel, SLACK * self.scale**2)
-        sampled = self.rule == "sampled"
-        unions = [
-            words_in_blocks(parts, grid, cells.numbers, pairs, sampled).union(pairs[0], len(cells))
-            for parts, pairs in zip(leaves(self.solid), cells.pairs, strict=True)
-        ]
+    def _words(
+        self, cells: Cells, inside: Sequence[Bool[np.ndarray, " M"]]
+    ) -> UInt64[np.ndarray, " M"]:
+        """Return the voxels of blocks whose centre, or sample point, is inside the solid.
+
+        Args:
+            cells: the blocks.
+            inside: for each of the solid's ``leaves``, the blocks known to lie wholly inside it.
+        """
+        grid, unions = BlockGrid(self.voxel, SLACK * self.scale**2), list[Bitmask]()
+        for parts, pairs, known in zip(leaves(self.solid), cells.pairs, inside, strict=True):
+            open_ = unless(known, pairs)
+            mask = words_in_blocks(parts, grid, cells.numbers, open_, self.rule == "sampled")
+            unions.append(mask.union(open_[0], len(cells)).including(known))
         mask = fold(self.solid, unions, LOGIC)
         word: np.ndarray = mask.sure
         open_ = mask.sure != mask.maybe

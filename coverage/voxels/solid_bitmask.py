@@ -14,7 +14,7 @@ from ..arrays import Array, Numbers, dot, rows
 from ..solids.base import Parts
 from ..solids.capsules import Capsules
 from ..solids.closed_mesh import ClosedMesh
-from ..solids.quadrics import product, within
+from ..solids.quadrics import plane, product, within
 from ..solids.swept_tube import Tube
 from .octree_cells import Pairs
 from .sample_points import block_samples
@@ -28,16 +28,13 @@ def words(parts: Parts, grid: BlockGrid, points: np.ndarray, index: np.ndarray) 
 
     The part's surface may cross the block. Parts without quadrics leave all voxels undecided.
     """
-    sure = ~np.zeros(len(index), np.uint64)
-    maybe = sure.copy()
+    mask = Bitmask(*~np.zeros((2, len(index)), np.uint64))
     for some, quadric in parts.quadrics(points, index, grid.reach):
         if quadric is None:
-            sure[some] = 0
+            mask.sure[some] = 0
         elif quadric.shape[1]:
-            inside = grid.only(some).words(quadric)
-            sure[some] &= inside.sure
-            maybe[some] &= inside.maybe
-    return Bitmask(sure, maybe)
+            mask.keep(some, grid.only(some).words(quadric))
+    return mask
 
 
 def words_in_blocks(
@@ -59,9 +56,9 @@ def words_in_blocks(
 
 @words.register
 def _(parts: Capsules, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """Return voxels in capsules: in the ball about either end, or in the cylinder between them."""
+    """Return voxels in capsules."""
     start, end = rows(parts.start, index), rows(parts.end, index)
-    return _beside(grid, points, start, end, parts.radius[index])
+    return _near(grid, points, start, end, parts.radius[index])
 
 
 @words.register
@@ -72,34 +69,22 @@ def _(parts: ClosedMesh, grid: BlockGrid, points: np.ndarray, index: np.ndarray)
     return Bitmask(word, word.copy())
 
 
-def _beside(grid: BlockGrid, points: Array, start: Array, end: Array, radius: Numbers) -> Bitmask:
-    """Return voxels near the segments ``start``-``end`` (P, 3).
-
-    They lie in the ball about either end, or in the cylinder between them.
-    """
-    v, w = points - start, points - end
+def _near(grid: BlockGrid, points: Array, start: Array, end: Array, radius: Numbers) -> Bitmask:
+    """Return voxels within ``radius`` of the segments ``start``-``end`` (P, 3)."""
+    v = points - start
     length = np.sqrt(dot(end - start, end - start))
     along = (end - start) / np.where(length > 0, length, 1.0)[:, None]
-    t = dot(v, along)
-    between = product(t, along, length - t, -along)
-    between[0, length == 0] = -np.inf  # no cylinder about a point
-    round_ = product(t, along, t, along) + within(radius, v)
-    return (
-        grid.words(within(radius, v))
-        | grid.words(within(radius, w))
-        | (grid.words(round_) & grid.words(between))
-    )
+    return grid.near_segments(within(radius, v), plane(dot(v, along), along), length)
 
 
 @words.register
 def _(parts: Tube, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """Return voxels in a tube's slabs: between the two planes and near the segment.
-
-    Near means in the ball about either end, or in the cylinder between them.
-    """
+    """Return voxels in a tube's slabs: between the two planes and near the segment."""
     i, radius = parts.first[index], float(parts.radius)
     start, end = rows(parts.centre, i), rows(parts.centre, i + 1)
     first, second = rows(parts.normal, i), rows(parts.normal, i + 1)
-    v, w = points - start, points - end
-    between = grid.words(-product(dot(v, first), first, dot(w, second), second))
-    return between & _beside(grid, points, start, end, radius)
+    before, after = dot(points - start, first), dot(points - end, second)
+    mask = grid.words(-product(before, first, after, second))
+    some = np.flatnonzero(mask.maybe)
+    mask.keep(some, _near(grid.only(some), points[some], start[some], end[some], radius))
+    return mask

@@ -6,11 +6,12 @@ computes all of them. Only the sign is needed. A voxel where the polynomial is n
 rounding error stays undecided.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8, UInt64
+from jaxtyping import Bool, Float, Int, UInt8, UInt64
 
 from ..arrays import Array
 
@@ -65,6 +66,16 @@ class Bitmask:
     def __and__(self, other: "Bitmask") -> "Bitmask":
         return Bitmask(self.sure & other.sure, self.maybe & other.maybe)
 
+    def keep(self, some: Any, other: "Bitmask") -> None:
+        """Remove from some of the blocks the voxels that their ``other`` masks lack."""
+        self.sure[some] &= other.sure
+        self.maybe[some] &= other.maybe
+
+    def including(self, whole: Bool[np.ndarray, " N"]) -> "Bitmask":
+        """Return the masks, with all voxels of the blocks that are ``whole``."""
+        every = np.where(whole, ~np.uint64(0), np.uint64(0))
+        return self | Bitmask(every, every)
+
     def union(self, cell: Int[np.ndarray, " N"], cells: int) -> "Bitmask":
         """Return the words of ``cells`` blocks from pairs of a block (ascending) and a part."""
         sure, maybe = np.zeros((2, cells), np.uint64)
@@ -110,22 +121,61 @@ class BlockGrid:
         """Largest distance of a point from its block's centre, m."""
         return (1.5 if self.pattern is None else 2.0) * 3**0.5 * self.voxel
 
-    def words(self, quadric: Float[np.ndarray, "10 P"]) -> Bitmask:
+    def words(self, quadric: Float[np.ndarray, "C P"]) -> Bitmask:
         """Return where quadrics, given by coefficients about block centres, are at least 0."""
-        n, edges, monomials = quadric.shape[1], np.zeros(1, np.int64), _AT_CENTRES
-        quadric = quadric * (self.voxel**_DEGREE)[:, None]
+        return self._mask(quadric.shape[1], ((some, value) for some, (value,) in self._at(quadric)))
+
+    def near_segments(
+        self,
+        ball: Float[np.ndarray, "10 P"],
+        along: Float[np.ndarray, "4 P"],
+        length: Float[np.ndarray, " P"],
+    ) -> Bitmask:
+        """Return the voxels near segments: those not outside the ball about the nearest point.
+
+        Args:
+            ball: quadrics of the balls about the segments' starts.
+            along: distances from the starts along the segments, m.
+            length: lengths of the segments, m.
+        """
+
+        def values() -> Iterator[tuple[slice, Float[np.ndarray, "N 64"]]]:
+            for some, (value, t) in self._at(ball, along):
+                foot = np.minimum(np.maximum(t, 0.0), length[some, None])
+                t *= 2  # |v - foot|^2 = |v|^2 - foot (2 t - foot)
+                t -= foot
+                t *= foot
+                value += t
+                yield some, value
+
+        return self._mask(len(length), values())
+
+    def _at(
+        self, *coefficients: Float[np.ndarray, "_ P"]
+    ) -> Iterator[tuple[slice, list[Float[np.ndarray, "_ 64"]]]]:
+        """Yield runs of blocks, and the values of polynomials at their points."""
+        n, edges, monomials = coefficients[0].shape[1], np.zeros(1, np.int64), _AT_CENTRES
+        scaled = [each * (self.voxel ** _DEGREE[: len(each)])[:, None] for each in coefficients]
         if self.pattern is not None:  # blocks of one pattern are multiplied together
             monomials = _AT_SAMPLES
             edges = np.searchsorted(self.pattern, _KINDS)
-        sure, maybe = np.empty((2, n), np.uint64)
-        values = np.empty((min(n, _GEMM), VOXELS))
+        values = np.empty((len(scaled), min(n, _GEMM), VOXELS))
         for low in range(0, n, _GEMM):
             high = min(low + _GEMM, n)
             first, last = np.searchsorted(edges, [low, high - 1], side="right") - 1
             ends = [low, *edges[first + 1 : last + 1].tolist(), high]
             for kind, a, b in zip(range(first, last + 1), ends, ends[1:], strict=False):
-                np.matmul(quadric[:, a:b].T, monomials[kind], out=values[a - low : b - low])
-            value = values[: high - low]
-            sure[low:high] = packed(value > self.rounding)
-            maybe[low:high] = packed(value >= -self.rounding)
+                for each, value in zip(scaled, values, strict=True):
+                    factors = monomials[kind, : len(each)]
+                    np.matmul(each[:, a:b].T, factors, out=value[a - low : b - low])
+            yield slice(low, high), list(values[:, : high - low])
+
+    def _mask(
+        self, blocks: int, values: Iterable[tuple[slice, Float[np.ndarray, "N 64"]]]
+    ) -> Bitmask:
+        """Return where values at the points of runs of blocks are at least 0."""
+        sure, maybe = np.empty((2, blocks), np.uint64)
+        for some, value in values:
+            sure[some] = packed(value > self.rounding)
+            maybe[some] = packed(value >= -self.rounding)
         return Bitmask(sure, maybe)
