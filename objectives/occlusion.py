@@ -180,8 +180,8 @@ def _sees(
     for some in (unit[: 4 * least], unit):
         if not len(k := np.flatnonzero(~sees)):
             break
-        points = np.concatenate([cones.within(int(i), some) for i in k])
-        value = seen.part(points, np.repeat(k, len(some)))
+        index = np.repeat(k, len(some))
+        value = seen.part(cones.within(index, np.tile(some, (len(k), 1))), index)
         sees[k] = (value.reshape(len(k), -1) <= 0).sum(axis=1) >= least
     return sees
 

@@ -208,8 +208,9 @@ class Beams(TangentParts):
         """
 
     @abstractmethod
-    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """Map numbers in the unit cube to points m spread evenly over beam ``k``."""
+    def within(self, k: Index, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """Map numbers in the unit cube to points m spread evenly over beam ``k``, or each to one
+        of beam ``k`` (N,)."""
 
     def sides(self, k: Index) -> tuple[Any, Any]:
         """Return two unit vectors across the axes of beams ``k`` and each other, the second along
@@ -240,8 +241,9 @@ class Beams(TangentParts):
 
     def across(self, k: Index, turn: Float[np.ndarray, "*N"]) -> Float[np.ndarray, "*N 3"]:
         """Return unit vectors across the axes of beams ``k``, turned about them by ``turn`` rad;
-        for several beams (P,) the turns are (P, N)."""
-        x, y = self.sides(k) if np.ndim(k) == 0 else (v[:, None] for v in self.sides(k))
+        for several beams (P,) the turns are (P,) or (P, N)."""
+        several = 0 < np.ndim(k) < np.ndim(turn)
+        x, y = (v[:, None] if several else v for v in self.sides(k))
         way: np.ndarray = np.cos(turn)[..., None] * x + np.sin(turn)[..., None] * y
         return way
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import Array, Numbers, dot, namespace, rows
+from ..arrays import Array, Index, Numbers, dot, namespace, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
 from .beams import (
@@ -140,7 +140,7 @@ class Cones(BeamShape):
             rim = height * float(np.tan(self.half_angle[k])) * self.across(k, turn)
         return self.out(k, np.vstack([np.zeros((1, 3)), height * self.axis[k] + rim])), None
 
-    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+    def within(self, k: Index, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         d = self.range_m[k] * unit[:, 0] ** (1 / 3)
         rho, turn = d * np.tan(self.half_angle[k]) * np.sqrt(unit[:, 1]), 2 * np.pi * unit[:, 2]
         aside = rho[:, None] * self.across(k, turn)

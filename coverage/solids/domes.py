@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import Numbers, dot, namespace, root, rows
+from ..arrays import Index, Numbers, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
 from .beams import NIL, WIDE, BeamShape, InBeam, Place, Places, Sizes, Ways, in_sector
@@ -95,7 +95,7 @@ class Domes(BeamShape):
 
     def _cap(self, k: Any, polar: Any, turn: Any) -> Float[np.ndarray, "*N 3"]:
         """Return unit vectors at angles from the axis and around it, rad, which broadcast."""
-        axis = self.axis[k] if np.ndim(k) == 0 else self.axis[k][:, None]
+        axis = self.axis[k][:, None] if 0 < np.ndim(k) < np.ndim(polar) else self.axis[k]
         out = np.sin(polar)[..., None] * self.across(k, turn)
         way: np.ndarray = out + np.cos(polar)[..., None] * axis
         return way
@@ -121,7 +121,7 @@ class Domes(BeamShape):
         cap = self.range_m[k] * self._cap(k, polar, turn).reshape(-1, 3)
         return self.out(k, np.vstack([np.zeros((1, 3)), cap])), None
 
-    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+    def within(self, k: Index, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         distance = self.range_m[k] * unit[:, 0] ** (1 / 3)
         polar = np.arccos(1 - unit[:, 1] * (1 - np.cos(self.half_angle[k])))
         way = self._cap(k, polar, 2 * np.pi * unit[:, 2])

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import Numbers, cross, dot, namespace, root, rows
+from ..arrays import Index, Numbers, cross, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import CubePairs, Part
 from .beams import BeamShape, InBeam, Place, Places, Sizes, Ways, in_sector
@@ -152,7 +152,7 @@ class Fans(BeamShape):
         both = np.vstack([sector - thick, sector + thick])
         return both, np.vstack([faces[:, ::-1], faces + len(sector)])
 
-    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+    def within(self, k: Index, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         (side, up), axis = self.sides(k), np.asarray(self.axis[k])
         distance = self.range_m[k] * np.sqrt(unit[:, 0])
         turn = self.half_angle[k] * (2 * unit[:, 1] - 1)

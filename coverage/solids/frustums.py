@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import Numbers, dot, namespace, rows
+from ..arrays import Index, Numbers, dot, namespace, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
 from .beams import BeamShape, InBeam, Place, Places, Sizes, Ways
@@ -117,7 +117,7 @@ class Frustums(BeamShape):
         ends = [self._rim(k, d, sides) for d in (0.0, float(self.range_m[k]))]
         return self.out(k, np.concatenate(ends)), None
 
-    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+    def within(self, k: Index, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         near, range_m = self.size[k], self.range_m[k]
         far, u = near + range_m * np.tan(self.half_angle[k]), unit[:, 0]
         radius = np.cbrt(near**3 + u * (far**3 - near**3))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import Numbers, cross, dot, namespace, rows
+from ..arrays import Index, Numbers, cross, dot, namespace, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
 from .beams import NIL, InBeam, Place, Places, Sizes, Ways, nearest_of
@@ -134,10 +134,10 @@ class Pyramids(Cones):
         base = self.range_m[k] * self.axis[k] + self.corners_across(k, float(self.range_m[k]))
         return Discs(self.out(k, np.vstack([np.zeros((1, 3)), base])), np.zeros(5), self.axis[k])
 
-    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        place = 2 * unit[None, :, 1:] - 1
-        way = self.ways(np.array([k]), place)[0]
-        return self.out(k, self.range_m[k] * unit[:, :1] ** (1 / 3) * way)
+    def within(self, k: Index, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        k = np.broadcast_to(k, len(unit))
+        way = self.ways(k, 2 * unit[:, None, 1:] - 1)[:, 0]
+        return self.out(k, self.range_m[k][:, None] * unit[:, :1] ** (1 / 3) * way)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Return the bounding box of all apexes and all corners of bases."""

@@ -1,6 +1,6 @@
 """Quadrics: polynomials of degree 2 of the offset from a centre, by their coefficients of 1, x, y,
-z, x^2, y^2, z^2, xy, xz, yz; a plane by the first four. A solid states quadrics that are all at least 0 inside it, and at no
-point outside.
+z, x^2, y^2, z^2, xy, xz, yz; of degree 1 by the first four. A solid states quadrics that are all at
+least 0 inside it, and at no point outside.
 """
 
 import numpy as np

@@ -246,13 +246,16 @@ class MixedBeams(Beams):
     def surface(self, k: int, sides: int) -> tuple[Float[np.ndarray, "V 3"], Any]:
         return self.alone(k).surface(k, sides)
 
-    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+    def within(self, k: Index, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         """See ``Beams.within``; only beams that grow with the cube of the distance may begin at
         one."""
         if self.near is not None:
             begin = (self.near[k] / self.range_m[k]) ** 3
             unit = np.column_stack([begin + (1 - begin) * unit[:, 0], unit[:, 1:]])
-        return self.alone(k).within(k, unit)
+        index, points = np.broadcast_to(k, len(unit)), np.empty(unit.shape)
+        for some, union in self.split(index):
+            points[some] = union.within(index[some], unit[some])
+        return points
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         boxes = [
