@@ -83,7 +83,8 @@ class PoseCurve:
             centre, velocity = piece.point(t), piece.velocity(t)
             speed = np.linalg.norm(velocity, axis=1)
             turning = speed <= _TURNING * speed.max()
-            velocity[turning], speed[turning] = _across(velocity[0]), 1.0
+            if turning.any():
+                velocity[turning], speed[turning] = _across(velocity[0]), 1.0
             normal = velocity / speed[:, None]
             shared = bool(normals) and float(np.dot(normals[-1], normal[0])) > 0
             if shared:

@@ -6,6 +6,7 @@ computes all of them. Only the sign is needed. A voxel where the polynomial is n
 rounding error stays undecided.
 """
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,9 +18,8 @@ from ..arrays import Array
 
 LEVEL = 2  # of the octree cells that are blocks
 VOXELS = 1 << 3 * LEVEL
-# pairs multiplied at once: values stay in cache, and below the size at which OpenBLAS uses several
-# threads
-_GEMM = 400
+_GEMM = 400  # pairs multiplied at once: below the size at which OpenBLAS uses several threads
+_AT_ONCE = 4 * _GEMM  # pairs whose values are compared at once, while they are in the cache
 _BITS = np.arange(VOXELS)
 # (64, 3), voxel of each bit
 CORNER = np.stack([(_BITS >> i & 1) + 2 * (_BITS >> i + 3 & 1) for i in range(3)], -1)
@@ -154,19 +154,19 @@ class BlockGrid:
         self, *coefficients: Float[np.ndarray, "_ P"]
     ) -> Iterator[tuple[slice, list[Float[np.ndarray, "_ 64"]]]]:
         """Yield runs of blocks, and the values of polynomials at their points."""
-        n, edges, monomials = coefficients[0].shape[1], np.zeros(1, np.int64), _AT_CENTRES
-        scaled = [each * (self.voxel ** _DEGREE[: len(each)])[:, None] for each in coefficients]
+        n, monomials = coefficients[0].shape[1], _AT_CENTRES
+        kind, first = np.zeros(n, np.uint8), np.arange(0, n, _GEMM)
         if self.pattern is not None:  # blocks of one pattern are multiplied together
-            monomials = _AT_SAMPLES
-            edges = np.searchsorted(self.pattern, _KINDS)
-        values = np.empty((len(scaled), min(n, _GEMM), VOXELS))
-        for low in range(0, n, _GEMM):
-            high = min(low + _GEMM, n)
-            first, last = np.searchsorted(edges, [low, high - 1], side="right") - 1
-            ends = [low, *edges[first + 1 : last + 1].tolist(), high]
-            for kind, a, b in zip(range(first, last + 1), ends, ends[1:], strict=False):
+            monomials, kind = _AT_SAMPLES, self.pattern
+            first = np.union1d(first, np.searchsorted(kind, _KINDS))
+        scaled = [each * (self.voxel ** _DEGREE[: len(each)])[:, None] for each in coefficients]
+        values = np.empty((len(scaled), min(n, _AT_ONCE), VOXELS))
+        for low in range(0, n, _AT_ONCE):
+            high = min(low + _AT_ONCE, n)
+            ends = [*first[(first >= low) & (first < high)].tolist(), high]
+            for a, b in itertools.pairwise(ends):
                 for each, value in zip(scaled, values, strict=True):
-                    factors = monomials[kind, : len(each)]
+                    factors = monomials[kind[a], : len(each)]
                     np.matmul(each[:, a:b].T, factors, out=value[a - low : b - low])
             yield slice(low, high), list(values[:, : high - low])
 
