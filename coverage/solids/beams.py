@@ -234,8 +234,8 @@ class Beams(TangentParts):
         ]
         return np.stack([np.min(ends, axis=(0, 1)), np.max(ends, axis=(0, 1))])
 
-    def out(self, k: int, way: Any) -> Float[np.ndarray, "*N 3"]:
-        """Return the points (..., 3) m that vectors lead to from the apex of beam ``k``."""
+    def out(self, k: Index, way: Any) -> Float[np.ndarray, "*N 3"]:
+        """Return the points (..., 3) m that vectors lead to from the apexes of beams ``k``."""
         points: np.ndarray = np.asarray(self.apex)[k] + np.asarray(way)
         return points
 

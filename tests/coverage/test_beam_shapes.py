@@ -79,6 +79,9 @@ def test_a_sensor_holds_the_points_of_its_solid_in_its_own_frame(sensor, rng):
 def test_bounds_hold_all_parts_and_samples_lie_inside(cones, rng):
     beams, unit = beams_of(cones), rng.random((200, 3))
     low, high = beams.bounds()
+    index = rng.permutation(np.repeat(np.arange(len(beams)), len(unit)))
+    each = beams.within(index, np.tile(unit, (len(beams), 1)))
+    assert failures(each, beams.part(each, index) <= 1e-9) == []
     for k in range(len(beams)):
         points = beams.within(k, unit)
         assert failures(points, beams.part(points, k) <= 1e-9) == []
