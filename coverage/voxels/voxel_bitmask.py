@@ -159,15 +159,15 @@ class BlockGrid:
         if self.pattern is not None:  # blocks of one pattern are multiplied together
             monomials, kind = _AT_SAMPLES, self.pattern
             first = np.union1d(first, np.searchsorted(kind, _KINDS))
-        scaled = [each * (self.voxel ** _DEGREE[: len(each)])[:, None] for each in coefficients]
+        scaled = [each.T * self.voxel ** _DEGREE[: len(each)] for each in coefficients]
         values = np.empty((len(scaled), min(n, _AT_ONCE), VOXELS))
         for low in range(0, n, _AT_ONCE):
             high = min(low + _AT_ONCE, n)
             ends = [*first[(first >= low) & (first < high)].tolist(), high]
-            for a, b in itertools.pairwise(ends):
-                for each, value in zip(scaled, values, strict=True):
-                    factors = monomials[kind[a], : len(each)]
-                    np.matmul(each[:, a:b].T, factors, out=value[a - low : b - low])
+            for each, value in zip(scaled, values, strict=True):
+                for a, b in itertools.pairwise(ends):
+                    factors = monomials[kind[a], : each.shape[1]]
+                    np.matmul(each[a:b], factors, out=value[a - low : b - low])
             yield slice(low, high), list(values[:, : high - low])
 
     def _mask(
