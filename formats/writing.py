@@ -164,7 +164,7 @@ def output_files(
     """
     with made_folder(path, argument):
         for name in names:
-            _require_place(path, name)
+            require_place(path, name)
         with _unfinished(path, argument) as new:
             try:
                 yield new
@@ -204,7 +204,7 @@ def _moved(new: Path, folder: Path, names: Sequence[str]) -> list[str]:
     ordered = list(dict.fromkeys((*names, *sorted(made))))
     steps = deque[tuple[Path, Path]]()
     for name in ordered if made else ():
-        _require_place(folder, name)
+        require_place(folder, name)
         path = folder / name
         if path.exists() and (name not in made or name != ordered[0]):
             steps.appendleft((path, new / f"{_UNFINISHED}{len(steps)}"))
@@ -233,7 +233,7 @@ def _move(steps: deque[tuple[Path, Path]]) -> None:
         steps.popleft()
 
 
-def _require_place(folder: Path, name: str) -> None:
+def require_place(folder: Path, name: str) -> None:
     """Raise UserError unless ``folder / name`` is a file or nothing, in folders or nothing.
 
     A symbolic link would lead out of the folder.

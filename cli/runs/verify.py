@@ -12,7 +12,7 @@ from ...coverage.definitions.definition import json_of
 from ...coverage.definitions.errors import UserError
 from ...coverage.detection.detection import Detection
 from ...coverage.voxels.volume_tally import Bracket
-from ...formats.writing import output_files, write_bytes
+from ...formats.writing import output_files, require_place, write_bytes
 from ...objectives.options import VerifyOptions
 from ...objectives.scene import Scene
 from ...objectives.verified import IntervalProof, Verified
@@ -50,6 +50,12 @@ def verify(
     its answer, and write the files, all of them or none."""
     if by_pose is not None and len(subject.scene.poses) < 2:
         raise UserError("--plot-by-pose: found one pose, allowed: several; add --trajectory FILE")
+    if certificate and by_pose and certificate.resolve() == by_pose.resolve():
+        raise UserError(
+            f"--plot-by-pose: found {by_pose}, the file of --certificate, allowed: another"
+        )
+    for path in filter(None, (certificate, by_pose)):
+        require_place(path.parent, path.name)  # before the work
     coverage = _counted(subject, options, question, certificate)
     results, new = list(coverage.records), dict[Path, bytes]()
     if certificate is not None:

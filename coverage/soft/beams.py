@@ -143,7 +143,7 @@ def near_sensors(
     step = jnp.ceil(rank / 2) * jnp.where(rank % 2 == 1, 1, -1)
     number = nearest[:, None] + ahead[:, None] * step
     count = jnp.maximum(rings.count, 1)[:, None, None]
-    number = number - count * jnp.floor(number / count)
+    number = number - count * jnp.floor((number + 0.5) / count)  # of whole numbers, safely
     turns = number / count + rings.phase[:, None, None] / (2 * math.pi)
     sensor = rings.first[:, None, None] + number.astype(jnp.int32)
     return NearSensors(sensor, *direction(turns))
@@ -240,4 +240,5 @@ def _outwards(rings: RingsAt, near: NearSensors) -> tuple[Any, Any]:
     """Return the directions of sensors from the centres of their rings, along ``zero`` and
     ``side``, with the gradient by phase."""
     turned = (rings.phase - jax.lax.stop_gradient(rings.phase))[:, None, None]  # 0
-    return near.east - near.north * turned, near.north + near.east * turned
+    level = 1 - turned * turned / 2
+    return near.east * level - near.north * turned, near.north * level + near.east * turned

@@ -410,8 +410,11 @@ def test_the_files_of_a_count_come_together_or_not_at_all(run, bad):
     two = "[[poses]]\nq_deg = [0, -45, 57, -103, -91, 0]\n"
     Path("two.toml").write_text(two + two.replace("45", "60"))
     words = ["verify", "n1_4_0", "--paper", "--target", "V_S:0.2", "--scene", "two.toml"]
-    words += ["--rule", "certified", "--voxel", "0.2"]
-    words += ["--certificate", "proof.npz", "--plot-by-pose", "zeta.png"]
+    words += ["--rule", "certified", "--voxel", "0.2", "--certificate", "proof.npz"]
+    code, _, err = run(*words, "--plot-by-pose", "./proof.npz")
+    assert code == 2
+    assert "--plot-by-pose" in err
+    words += ["--plot-by-pose", "zeta.png"]
     Path(bad).mkdir()
     assert run(*words)[0] == 2
     assert [p.name for p in Path().rglob("*") if p.is_file()] == ["two.toml"]
