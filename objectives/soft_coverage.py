@@ -19,7 +19,7 @@ from ..coverage.soft.estimator import SHARP
 from .criterion import Criterion
 from .occlusion import check_bodies
 from .scene import Scene
-from .soft_terms import Sample, SoftTerms, Term
+from .soft_terms import AT_ONCE, Sample, SoftTerms, Term
 
 # The sensors are chosen in a function of its own: within that of the gradient, XLA would choose
 # them again for each part of it.
@@ -27,7 +27,6 @@ _chosen = jax.jit(SoftTerms.choose, static_argnames="most")
 _value = jax.jit(SoftTerms.criterion)
 _slope = jax.jit(jax.value_and_grad(SoftTerms.criterion, argnums=2, has_aux=True))
 _mean = jax.jit(SoftTerms.mean, static_argnames="most")
-_PAIRS = 1 << 17  # of sensors and points that are processed at once: they fit in a cache
 
 
 class SoftCoverage:
@@ -108,11 +107,10 @@ class SoftCoverage:
         n, count = points.shape[1], self.first(total, least).points.shape[1]
         if count == n:
             return self.all
-        padded = np.concatenate([points, points[:, : -n % count]], axis=1)
         function = _slope if sloping else _value
         parts = [
             self._applied(function, arrays, values, width, Sample(jnp.asarray(some)))
-            for some in np.split(padded, padded.shape[1] // count, axis=1)
+            for some in _split(points, count)
         ]
         degrees = [np.asarray((part[0] if sloping else part)[1]) for part in parts]
         covered = np.concatenate(degrees, axis=2)[:, :, :n]  # (T, U, N)
@@ -132,14 +130,13 @@ class SoftCoverage:
         """
         terms, n, _ = sample.points.shape
         pairs = terms * n * len(arrays.length) * self.near(arrays)
-        if pairs <= _PAIRS:
+        if pairs <= AT_ONCE:
             return [sample]
-        size = -(-n // -(-pairs // _PAIRS))
-        points, pieces = np.asarray(sample.points), []
-        for start in range(0, n, size):
-            at = np.arange(start, start + size)  # past the last point, it stands in without weight
-            share = np.where(at < n, sample.share * size / n, 0.0)[None, None]
-            pieces.append(Sample(points[:, np.minimum(at, n - 1)], share))
+        size = -(-n // -(-pairs // AT_ONCE))
+        parts = _split(np.asarray(sample.points), size)
+        real = np.arange(len(parts) * size).reshape(-1, 1, 1, size) < n
+        shares = np.where(real, sample.share * size / n, 0.0)
+        pieces = [Sample(*each) for each in zip(parts, shares, strict=True)]
         each = [
             (piece.share * self._applied(_value, arrays, values, width, piece)[1]).mean(axis=-1)
             for piece in pieces
@@ -189,3 +186,10 @@ class SoftCoverage:
         overlap = math.ceil(float(half[seeing].max(initial=0.0)) * largest / math.pi)
         more = self.aim.seen - 1 + (self.aim.losing == "sensor")
         return min(largest, max(2, overlap) + more)
+
+
+def _split(points: Float[np.ndarray, "T N 3"], size: int) -> list[Float[np.ndarray, "T size 3"]]:
+    """Return the points of T terms in pieces of one size; the last point fills the last piece."""
+    n = points.shape[1]
+    pieces = -(-n // size)
+    return np.split(points[:, np.minimum(np.arange(pieces * size), n - 1)], pieces, axis=1)

@@ -41,8 +41,8 @@ from .gap_goals import without_gaps
 from .scene import Scene
 
 _STRAIGHT = np.array([[[1.0, 0.0, 0.0]]], np.float32)  # the seat of a sensor that does not err
-_TOGETHER = 1 << 17  # rings and points of terms that are processed at once
 _ANYWHERE = 1e4  # m, radius of a ball that every beam meets
+AT_ONCE = 1 << 17  # pairs of rings, or of sensors, and points at once: they fit in a cache
 Term = tuple[int, int]  # goal and pose
 
 
@@ -254,7 +254,7 @@ class SoftTerms:
             one = term(jax.tree.map(lambda a: a[0], terms))
             return jax.tree.map(lambda a: a[None], one)
         points, *_ = each  # (T, N, 3)
-        together = max(1, _TOGETHER // (points.shape[1] * rings.count.shape[-1] or 1))
+        together = max(1, AT_ONCE // (points.shape[1] * rings.count.shape[-1] or 1))
         return jax.lax.map(term, terms, batch_size=together)
 
     def _occluding(self, arrays: RingArrays, values: Any, width: Any) -> Occluding | None:

@@ -143,7 +143,8 @@ def near_sensors(
     step = jnp.ceil(rank / 2) * jnp.where(rank % 2 == 1, 1, -1)
     number = nearest[:, None] + ahead[:, None] * step
     count = jnp.maximum(rings.count, 1)[:, None, None]
-    number = number - count * jnp.floor((number + 0.5) / count)  # of whole numbers, safely
+    # whole numbers modulo the count; the half is for devices that divide inexactly
+    number = number - count * jnp.floor((number + 0.5) / count)
     turns = number / count + rings.phase[:, None, None] / (2 * math.pi)
     sensor = rings.first[:, None, None] + number.astype(jnp.int32)
     return NearSensors(sensor, *direction(turns))

@@ -132,6 +132,11 @@ def _length(v: list[Any]) -> Any:
     return root(x)
 
 
+def beside(v: Any, k: Index, turn: Any) -> Any:
+    """Return vectors of beams ``k``, (P, 1, 3) where each of several beams has several turns."""
+    return v[:, None] if 0 < np.ndim(k) < np.ndim(turn) else v
+
+
 @tree
 @dataclass(frozen=True)
 class Beams(TangentParts):
@@ -242,8 +247,7 @@ class Beams(TangentParts):
     def across(self, k: Index, turn: Float[np.ndarray, "*N"]) -> Float[np.ndarray, "*N 3"]:
         """Return unit vectors across the axes of beams ``k``, turned about them by ``turn`` rad;
         for several beams (P,) the turns are (P,) or (P, N)."""
-        several = 0 < np.ndim(k) < np.ndim(turn)
-        x, y = (v[:, None] if several else v for v in self.sides(k))
+        x, y = (beside(v, k, turn) for v in self.sides(k))
         way: np.ndarray = np.cos(turn)[..., None] * x + np.sin(turn)[..., None] * y
         return way
 

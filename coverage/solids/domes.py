@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ..arrays import Index, Numbers, dot, namespace, root, rows
 from ..pytrees import tree
 from .base import CubePairs, Part, Points, Quadrics
-from .beams import NIL, WIDE, BeamShape, InBeam, Place, Places, Sizes, Ways, in_sector
+from .beams import NIL, WIDE, BeamShape, InBeam, Place, Places, Sizes, Ways, beside, in_sector
 from .cones import Cones
 from .convex_bodies import Discs
 from .quadrics import plane, product, within
@@ -95,9 +95,8 @@ class Domes(BeamShape):
 
     def _cap(self, k: Any, polar: Any, turn: Any) -> Float[np.ndarray, "*N 3"]:
         """Return unit vectors at angles from the axis and around it, rad, which broadcast."""
-        axis = self.axis[k][:, None] if 0 < np.ndim(k) < np.ndim(polar) else self.axis[k]
         out = np.sin(polar)[..., None] * self.across(k, turn)
-        way: np.ndarray = out + np.cos(polar)[..., None] * axis
+        way: np.ndarray = out + np.cos(polar)[..., None] * beside(self.axis[k], k, turn)
         return way
 
     def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:

@@ -321,7 +321,7 @@ def test_points_in_pieces_give_the_same(bare, monkeypatch):
     arrays, values = arrays_of(scene, named_setup("n1_4_25"))
     value, slope = soft.value_and_slope(arrays, values, 0.05)
     pairs = soft.all.points[..., 0].size * len(arrays.length) * soft.near(arrays)
-    monkeypatch.setattr(soft_coverage, "_PAIRS", pairs // 6)
+    monkeypatch.setattr(soft_coverage, "AT_ONCE", pairs // 6)
     *_, last = soft._pieces(arrays, values, 0.05, soft.all)
     assert (last.share == 0).any()  # points that only fill the last piece
     again, by = soft.value_and_slope(arrays, values, 0.05)
