@@ -73,10 +73,13 @@ def _farthest(
     """Return the depth (P,) m at which each ray leaves the solid for good, infinite where it
     misses it, and the unit normal (P, 3) there."""
     depth, normal = np.full(len(xy), np.inf), np.zeros((len(xy), 3))
-    near, far = canvas.unproject(xy, np.zeros(len(xy))), canvas.unproject(xy, -np.ones(len(xy)))
-    way = (far - near).astype(np.float32)  # away from the eye, of depth 1
-    for piece, hull in zip(pieces, hulls, strict=True):
-        rays = np.flatnonzero(((xy >= hull.min(axis=0)) & (xy <= hull.max(axis=0))).all(axis=1))
+    way = canvas.unproject(xy, -np.ones(len(xy))) - canvas.unproject(xy, np.zeros(len(xy)))
+    way = way.astype(np.float32)  # away from the eye, of depth 1
+    reach = [np.sort(canvas.project(piece)[1])[[0, -1]] for piece in pieces]
+    for k in sorted(range(len(pieces)), key=lambda k: reach[k][0]):  # the farthest first
+        piece, hull, (back, front) = pieces[k], hulls[k], reach[k]
+        about = ((xy >= hull.min(axis=0)) & (xy <= hull.max(axis=0))).all(axis=1)
+        rays = np.flatnonzero(about & (depth > back))
         rays = rays[Outline(hull).contains_points(xy[rays])]
         if not len(rays):
             continue
@@ -87,11 +90,11 @@ def _farthest(
         planes = np.unique(np.round(sides, 6), axis=0).astype(np.float32)
         ends = way[rays[[0, len(rays) // 2, -1]]]
         planes = planes[(ends @ planes[:, :3].T > -0.05).any(axis=0)]  # (F, 4), on the far side
-        speed = way[rays] @ planes[:, :3].T  # (R, F)
-        gap = -(near[rays].astype(np.float32) @ planes[:, :3].T + planes[:, 3])
-        at = np.divide(gap, speed, out=np.full_like(gap, np.inf), where=speed > 1e-6)
-        last = at.argmin(axis=1)
-        leave = -at[np.arange(len(rays)), last].astype(float)
+        start = canvas.unproject(xy[rays], np.full(len(rays), front)).astype(np.float32)
+        gap = np.maximum(-(start @ planes[:, :3].T + planes[:, 3]), 1e-6)  # (R, F), to each plane
+        pace = way[rays] @ planes[:, :3].T / gap  # reciprocal of the depth from the front to it
+        last = pace.argmax(axis=1)
+        leave = front - 1 / pace[np.arange(len(rays)), last].astype(float)
         better = leave < depth[rays]
         chosen = rays[better]
         depth[chosen], normal[chosen] = leave[better], planes[last[better], :3]

@@ -230,6 +230,7 @@ def test_a_search_covers_what_the_standing_sensors_leave():
     assert found.exact > verifier.verify(Setup((HELD,), (SKIN,)), TARGET).zeta
 
 
+@pytest.mark.slow
 def test_a_redesign_keeps_single_sensors():
     scene = replace(SCENE, rules=Rules(mount="free"))
     before = Setup((Ring("forearm", 0.5, 8), Ring("upper_arm", 0.2, 8)), (SKIN,))

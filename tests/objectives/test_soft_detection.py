@@ -71,7 +71,7 @@ def about(scene, setup, rng) -> np.ndarray:
 
 
 @pytest.mark.slow
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(setups(), CASES, GENERATORS)
 def test_the_share_is_the_mean_of_the_exact_law(setup, case, rng):
     occlusion, question = case
@@ -103,6 +103,7 @@ def test_slopes_are_central_differences(setup, case, rng):
     assert measured == pytest.approx(float((slope * way).sum()), abs=0.02, rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_share_of_points_tends_to_the_exact_count():
     scene = pr.Scene(robot="ur5e", targets=[pr.Near(0.3)], sensor=pr.sensors["vl53l1x"])
     setup, detection = ring_layout(scene, 1, 8), Detection()

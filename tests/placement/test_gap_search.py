@@ -173,6 +173,7 @@ def test_sharp_soft_beams_meet_the_balls_within_their_functions():
         assert soft.share(arrays, value, SHARP) == pytest.approx(share, abs=0.005)
 
 
+@pytest.mark.slow
 def test_what_a_gap_lacks_is_a_share_of_it_as_what_a_floor_lacks():
     box, setup = Box((0.1, 0.1, 0.1), (0.5, -0.5, 0.5)), ring_layout(Scene(), 1, 4)
 

@@ -187,7 +187,7 @@ def _result(rings: int, exact: float, outcome: Outcome = Outcome.FINISHED, secon
     return result_of(setup, exact, outcome=outcome, seconds=seconds)
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(
     st.lists(st.floats(0, 1), min_size=1, max_size=12),
     st.floats(0, 0.5),
@@ -228,7 +228,7 @@ def test_a_stop_keeps_the_fewest_so_far_and_says_so(monkeypatch):
     assert (len(found.result.setup.rings), found.result.outcome) == (2, Outcome.INTERRUPTED)
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(
     st.integers(1, 12),
     st.floats(1, 60),
@@ -345,6 +345,7 @@ def test_searches_share_the_time(monkeypatch):
     assert found.result.outcome is Outcome.TIME
 
 
+@pytest.mark.slow
 def test_each_search_is_the_one_with_its_seed_and_the_command_shows_all(run, tmp_path, monkeypatch):
     monkeypatch.setattr(searching, "usual", lambda *_: QUICK)
     monkeypatch.setattr(place, "placement_picture", lambda *_, **__: None)

@@ -196,6 +196,7 @@ def test_steps_that_were_not_ended_are_none():
     assert spans([*said, (6.0, {"what": "end"})])[1:] == [("trial", 1, 5.0, 6.0)]
 
 
+@pytest.mark.slow
 def test_a_replay_gives_the_same_files_every_time(taped, tmp_path):
     """As the first assessment did."""
     assert call("check", "--replay", taped.file, "--out", tmp_path / "a") == 1

@@ -285,6 +285,7 @@ def test_rings_as_sensors_in_the_base_frame_are_the_same_answer(tmp_path):
     assert a.percent == pytest.approx(b.percent, abs=0.05)
 
 
+@pytest.mark.slow
 def test_the_interval_is_that_of_every_pose_and_target():
     """The worst pose of two, one of which is repeated, and the weighted mean over two targets."""
     question = QUESTIONS["panda_strip"]
