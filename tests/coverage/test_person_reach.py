@@ -95,6 +95,7 @@ def hands(rng, bodies, person, wanted=300):
     return np.array(ends).reshape(-1, 3)
 
 
+@pytest.mark.slow
 @settings(max_examples=3, deadline=None)
 @given(GENERATORS)
 def test_all_that_drawn_arms_touch_belongs_to_the_region(rng):

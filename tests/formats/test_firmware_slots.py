@@ -57,6 +57,7 @@ def facing_rings(model, count=5):
     return Setup(tuple(Ring("forearm", at, count, t, 0.0, 0.08, sensor) for at, t in places))
 
 
+@pytest.mark.slow
 @COMPILED
 def test_exported_sketches_keep_to_the_written_schedule(tmp_path):
     """By the files alone: three rings, their schedule.csv, and the pairs of the command."""

@@ -258,6 +258,7 @@ def test_rings_of_a_layout_with_another_board_are_clear():
         assert not [f for f in found if len({rings[i].link for i in f.rings}) == 1]
 
 
+@pytest.mark.slow
 @settings(max_examples=4)
 @given(drawing.seeds, st.booleans())
 def test_all_that_is_drawn_and_varied_is_clear_at_all_poses(seed, cluttered):

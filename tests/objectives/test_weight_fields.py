@@ -102,6 +102,7 @@ def test_count_is_the_dense_sum(field):
         assert found.covered_voxels == (seen & (weight > 0)).sum()
 
 
+@pytest.mark.slow
 def test_count_by_regions_is_the_same():
     """Where memory is short, the target is counted region by region."""
     field = WeightField.of(np.random.default_rng(0).random((5, 5, 5)), (-1, -1, 0), (0.4, 0.4, 0.4))

@@ -243,6 +243,7 @@ def test_the_laws_of_a_chain(far):
     check(FAR, far, 3, 0, 0.04)
 
 
+@pytest.mark.slow
 def test_a_setup_that_breaks_rules_is_bettered_within_them():
     """Two goals, one of them a floor; a fixed ring that stays; rings outside their limits; sensors
     to add; the same seed.

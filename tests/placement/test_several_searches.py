@@ -139,6 +139,7 @@ def rings():
     return fewest_rings(FREE, 30, within=3.0, seed=1, schedule=QUICK, voxel=0.05)
 
 
+@pytest.mark.slow
 def test_each_setup_has_its_number_of_rings_and_all_sensors(rings):
     verifier = Verifier(FREE, 0.05)
     for number, result in rings.results.items():
@@ -147,6 +148,7 @@ def test_each_setup_has_its_number_of_rings_and_all_sensors(rings):
         assert verifier.judge(result.setup) == (result.short, result.exact)
 
 
+@pytest.mark.slow
 def test_the_answer_is_within_the_margin_and_one_ring_fewer_is_not(rings):
     best, fewest = max(r.exact for r in rings.tried), len(rings.result.setup.rings)
     assert rings.best.exact == best
@@ -159,6 +161,7 @@ def test_the_answer_is_within_the_margin_and_one_ring_fewer_is_not(rings):
     assert rings.conclusive
 
 
+@pytest.mark.slow
 def test_same_seed_same_rings_by_points_that_are_drawn_once(rings, monkeypatch):
     drawn, real = [], TargetPoints
 

@@ -52,6 +52,7 @@ def test_margins_hold_as_often_as_they_say_although_frames_come_late(stops):
         assert stats.binomtest(sum(hits), len(hits), 0.95, "less").pvalue > 0.01
 
 
+@pytest.mark.slow
 @settings(max_examples=2)
 @given(seeds, st.floats(0, 1), st.sampled_from([1.0, 100.0]))
 def test_no_reading_of_a_stop_was_measured_anywhere_else(stops, seed, longest, patience):
