@@ -76,7 +76,8 @@ def _farthest(
     way = canvas.unproject(xy, -np.ones(len(xy))) - canvas.unproject(xy, np.zeros(len(xy)))
     way = way.astype(np.float32)  # away from the eye, of depth 1
     reach = [np.sort(canvas.project(piece)[1])[[0, -1]] for piece in pieces]
-    for k in sorted(range(len(pieces)), key=lambda k: reach[k][0]):  # the farthest first
+    # the farthest first: a ray that leaves one of them behind a nearer piece needs no look at that
+    for k in sorted(range(len(pieces)), key=lambda k: reach[k][0]):
         piece, hull, (back, front) = pieces[k], hulls[k], reach[k]
         about = ((xy >= hull.min(axis=0)) & (xy <= hull.max(axis=0))).all(axis=1)
         rays = np.flatnonzero(about & (depth > back))

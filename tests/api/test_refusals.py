@@ -29,7 +29,7 @@ def test_electronics_that_carry_no_ring_are_refused_before_a_search_begins(wante
     assert not steps
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(st.one_of(st.integers(), st.floats(), st.text(max_size=9), st.lists(st.booleans())))
 def test_a_reach_that_is_none_is_refused_under_its_own_key(found):
     if found == "person":

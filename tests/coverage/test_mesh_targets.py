@@ -29,7 +29,7 @@ def solid_of(mesh):
     return ClosedMesh(np.array(mesh.vertices, float), np.array(mesh.faces, np.int64))
 
 
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(MESHES, GENERATORS)
 def test_sign_and_distance_are_those_of_trimesh(mesh, rng):
     solid = solid_of(mesh)

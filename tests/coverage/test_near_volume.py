@@ -99,7 +99,7 @@ def drawn(name, pose, tools):
     return robot.with_attached(tuple(tools)), pose[: len(robot.chain)]
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(ROBOT_NAMES, poses(LONGEST), RADII, TOOLS, GENERATORS)
 def test_a_point_belongs_to_it_if_it_is_within_the_distance_of_a_body_but_not_in_one(
     name, pose, radius, tools, rng
@@ -117,7 +117,7 @@ def test_a_point_belongs_to_it_if_it_is_within_the_distance_of_a_body_but_not_in
     assert failures(p, change <= step[:, 0] + 1e-9) == []
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(st.sampled_from(["ur3e", "ur5e", "ur10", "panda"]), poses(LONGEST), GENERATORS)
 def test_the_space_ahead_of_the_flange_belongs_to_it_and_mostly_not_to_the_shell(name, pose, rng):
     robot, q = drawn(name, pose, [])

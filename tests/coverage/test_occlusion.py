@@ -57,7 +57,7 @@ def laws(function, points, step):
     assert np.all(between <= (here + there) / 2 + 1e-12)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(
     points_mm(1000),
     st.builds(capsule, points_mm(600), points_mm(900), st.integers(10, 300)),

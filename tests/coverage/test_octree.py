@@ -77,7 +77,7 @@ def test_count_is_the_dense_count(rule, scene):
     agree(scene, scene.cones, rule)
 
 
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(scenes(), st.sampled_from(RULES))
 def test_both_forms_of_zeta_agree(scene, rule):
     """Lambda(V and FOV) = Lambda(V) - Lambda(V - FOV), with sets made one by one and by a count

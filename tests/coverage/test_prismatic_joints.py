@@ -63,7 +63,7 @@ def test_derivatives_are_differences(seed):
 
 
 @given(ROBOT_NAMES, poses(LONGEST), PLACES, AXES)
-@settings(max_examples=12)
+@settings(max_examples=20)
 def test_the_carriage_carries_frames_curve_and_bodies(name, q, place, axis):
     robot = ROBOTS[name]
     rail, q = carried(robot, axis), q[: len(robot.chain)]
@@ -91,7 +91,7 @@ def test_the_carriage_carries_frames_curve_and_bodies(name, q, place, axis):
     AXES,
     GENERATORS,
 )
-@settings(max_examples=12)
+@settings(max_examples=20)
 def test_targets_move_with_the_carriage(target, q, place, axis, rng):
     way = place * axis / np.linalg.norm(axis)
     solid = target_solid(target, UR10, q)

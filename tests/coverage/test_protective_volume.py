@@ -55,7 +55,7 @@ def test_a_stopping_time_that_nobody_knows_is_refused():
 
 
 @given(ROBOT_NAMES, poses(LONGEST), RATES, st.booleans(), GENERATORS)
-@settings(max_examples=10)
+@settings(max_examples=15)
 def test_no_point_of_a_body_is_faster_than_its_piece(name, q, rate, on_a_rail, rng):
     robot = ROBOTS[name]
     q, rate = (v[: len(robot.chain)] for v in (q, rate))

@@ -130,7 +130,7 @@ def test_points_are_seen_as_by_rays():
     """Between meshes in the bodies, in a narrower beam, and meshes about them, in a wider one."""
     decided, beyond = [], []
 
-    @settings(max_examples=8, deadline=None, database=None)
+    @settings(max_examples=12, deadline=None, database=None)
     @given(st.integers(15, 45), TARGETS, st.integers(0, 300).map(lambda mm: mm / 1000), GENERATORS)
     def look(half_deg, targets, separation, rng):
         half = np.radians(half_deg)

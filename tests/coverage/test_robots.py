@@ -122,7 +122,7 @@ def test_kinematics_are_mujocos(name):
             assert np.abs(T - peer.pose(angles, link, "base")).max() < FK
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(poses(), st.sampled_from(sorted(UR_TABLES)))
 def test_universal_robots_are_their_published_tables(q, name):
     """The base frame of the description is the table's turned by half a turn; the UR10's URDF is
@@ -140,7 +140,7 @@ def test_universal_robots_are_their_published_tables(q, name):
     assert np.abs(found[:3, :3] @ outward - (turn("z", math.pi) @ wanted)[:3, 2]).max() < FK
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(poses(7))
 def test_arms_of_seven_joints_are_their_published_tables(q):
     T = np.eye(4)

@@ -15,7 +15,7 @@ from ..strategies.solids import some_capsules
 from ..strategies.units import GENERATORS, failures, metres, points_mm
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(points_mm(1000), points_mm(1000), GENERATORS)
 def test_no_point_of_a_segment_is_nearer_than_the_nearest(start_mm, end_mm, rng):
     start, end, points = metres([start_mm]), metres([end_mm]), rng.uniform(-1, 1, (40, 3))

@@ -60,7 +60,7 @@ each_closed_kind = pytest.mark.parametrize("kind", [kind for kind in KINDS if ki
 
 
 @each_kind
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(st.data(), GENERATORS)
 def test_never_changes_faster_than_distance(kind, data, rng):
     solid = data.draw(KINDS[kind])
@@ -71,7 +71,7 @@ def test_never_changes_faster_than_distance(kind, data, rng):
 
 
 @each_closed_kind
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(st.data(), GENERATORS)
 def test_box_holds_the_solid(kind, data, rng):
     solid = data.draw(KINDS[kind])
@@ -112,7 +112,7 @@ def test_shares_of_cubes_hold(kind, data, rng, side):
         assert kind != "cubes" or (bounds.high - bounds.low < 1e-6).all()
 
 
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(some_solids(one_size=True), GENERATORS)
 def test_numpy_and_jax_agree(solid, rng):
     p = rng.uniform(-2, 2, (300, 3))

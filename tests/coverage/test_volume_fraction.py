@@ -193,7 +193,7 @@ def test_under_a_plane_closed_forms(normal, value, share):
     assert found.high[0] - found.low[0] < 2e-4
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(PARTS, SIDES_MM, GENERATORS)
 def test_a_cube_holds_what_its_pieces_hold(parts, side_mm, rng):
     """Bounds of one cube against those of its 4096 pieces, which are tighter, and against

@@ -80,7 +80,7 @@ small = st.lists(st.integers(-100, 100), min_size=24, max_size=24).map(
 )
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(small, poses(), st.sampled_from(ARMS))
 def test_calibrated_kinematics_are_the_tables_product(deltas, q, name):
     chain = ROBOTS[name].chain

@@ -49,7 +49,7 @@ ELECTRONICS = st.builds(
 )
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(ELECTRONICS, st.sampled_from(DRIVEN), st.floats(0.04, 0.2))
 def test_a_ring_is_wired_up_to_the_largest_number_and_not_beyond(electronics, model, radius):
     """The time on the bus by its own closed form: nine clocks a byte, at most 80 % of the time."""
@@ -75,7 +75,7 @@ def numbers(pattern: str, text: str) -> list[float]:
 
 
 @pytest.mark.slow
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(
     st.sampled_from(DRIVEN),
     st.none() | st.sampled_from([10, 12, 20]),
@@ -132,7 +132,7 @@ def scene_ring(scene, link):
     return Ring(link, 0.0, 3, 0.0, 0.0, scene.radius_of(link), scene.sensor_of(link))
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(
     st.lists(st.tuples(st.sampled_from(DRIVEN), st.integers(1, 6)), min_size=1, max_size=8),
     st.sampled_from(sorted(ROBOTS)),
@@ -224,7 +224,7 @@ def facts(setup, scene, required=()):
     return Facts("mine", setup, scene, ReportOptions(voxel=0.05), {}, *few, [*required], ())
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(
     st.lists(st.sampled_from([*DRIVEN, "tfmini", None]), min_size=1, max_size=3),
     st.integers(1, 10),

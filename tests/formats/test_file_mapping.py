@@ -267,7 +267,7 @@ def plain(value: object) -> object:
     return [plain(inner) for inner in value] if isinstance(value, tuple | list) else value
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(SCENES)
 def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
     scene = made(scene)
@@ -282,7 +282,7 @@ def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
     assert scene_table(again) == table
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(st.lists(RINGS, max_size=3), st.lists(SINGLES, min_size=1, max_size=3), SENSORS)
 def test_a_setup_is_what_its_proposal_says(tmp_path_factory, rings, singles, sensor):
     setup, sensor = Setup(tuple(made(rings)), tuple(made(singles))), made(sensor)

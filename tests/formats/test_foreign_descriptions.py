@@ -59,7 +59,7 @@ def content(path):
 
 
 # elephantrobotics/mycobot_ros: 87 of 91 URDFs have a property that nothing uses
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(words, words, st.sampled_from(["property", "arg", "macro"]), st.booleans())
 def test_left_over_definitions_of_xacro_change_nothing(tmp_path_factory, name, value, kind, first):
     folder = tmp_path_factory.mktemp("xacro")
@@ -73,7 +73,7 @@ def test_left_over_definitions_of_xacro_change_nothing(tmp_path_factory, name, v
     assert content(folder / "left.urdf") == content(folder / "plain.urdf")
 
 
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(words, st.sampled_from(["z", "r", "tip"]), st.booleans(), st.data())
 def test_an_expression_of_xacro_is_named_with_what_expands_it(
     tmp_path_factory, name, where, declared, data
@@ -122,7 +122,7 @@ conflicts = st.sampled_from(
 )
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(st.integers(0, len(LINES) - 1), conflicts)
 def test_a_merge_conflict_is_named_with_its_line(tmp_path_factory, at, form):
     path = tmp_path_factory.mktemp("conflict") / "arm.urdf"
@@ -197,7 +197,7 @@ starts = st.sampled_from(
 
 
 # https://github.com/Kinovarobotics/ros2_kortex: addresses of the machine on which xacro ran
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(starts, st.sampled_from(["share", "src", "install/arm/share"]), st.booleans(), st.data())
 def test_absolute_addresses_of_another_machine_are_found_by_their_package(
     tmp_path_factory, start, above, doubled, data

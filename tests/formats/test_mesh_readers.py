@@ -121,7 +121,7 @@ def pose(rng):
     return T
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds, st.integers(0, 4), st.sampled_from(["Y_UP", "Z_UP", "X_UP"]))
 def test_nodes_of_collada_nest_and_up_axis_does_not_count(seed, deep, up):
     """https://github.com/mikedh/trimesh/issues/954; as RViz shows them. Mirrored nodes face
@@ -210,7 +210,7 @@ CORNERS = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 INDEX = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds, st.integers(1, 4))
 def test_nodes_of_gltf_nest_and_its_y_is_the_links_z(seed, deep):
     """https://github.com/RobotLocomotion/models: (x, y, z) becomes (x, -z, y)."""
@@ -248,7 +248,7 @@ def test_gltf_needs_no_compression_no_loops_and_only_files_beside_it(tmp_path):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(seed=drawing.seeds, share=st.floats(0, 1), flip=st.booleans())
 def test_a_damaged_file_is_refused_or_a_finite_mesh(kind, seed, share, flip):
     """Cut at a byte, or with some bytes overwritten. Of a cut OBJ the rest is a mesh, too."""
@@ -418,7 +418,7 @@ def test_scene_meshes_keep_their_corners(kind):
         read_scene_parts(kind, b"")
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_numbers_of_an_obj_count_back_from_their_face(seed):
     """Negative ones, of several objects, with textures and normals, tabs and continued lines."""

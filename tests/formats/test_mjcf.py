@@ -39,7 +39,7 @@ def picked_of(path, tip=None):
     return pick_chain(UrdfOptions().read(path), None, tip)
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_bodies_are_where_mujoco_has_them(tmp_path_factory, seed):
     """Each body of a drawn tree, at twenty drawn joint vectors."""
@@ -255,7 +255,7 @@ def test_what_cannot_be_read_is_one_line(lift, more, parts):
 
 
 @given(st.binary(max_size=300))
-@settings(max_examples=10)
+@settings(max_examples=15)
 def test_any_text_is_read_or_refused(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("any") / "any.xml"
     path.write_bytes(b"<mujoco>" + data + b"</mujoco>")

@@ -166,7 +166,7 @@ for i in range(10_000):
 
 
 @pytest.mark.slow
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(after=st.floats(0, 0.08))
 def test_a_killed_process_leaves_the_files_of_one_run(tmp_path_factory, after):
     folder = tmp_path_factory.mktemp("out")

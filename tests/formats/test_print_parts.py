@@ -89,7 +89,7 @@ def test_a_ring_that_no_bed_holds_is_refused_in_one_line(bed):
 
 
 @given(st.floats(1, 60), st.floats(1, 60), st.floats(0, 180))
-@settings(max_examples=10)
+@settings(max_examples=15)
 def test_a_box_fits_a_bed_turned_by_what_is_stated(x, y, degrees):
     solid = box((0, 0, 0), (x, y, 5)).rotate((0, 0, degrees))
     yaw = bed_yaw(solid, (0.05, 0.05, 0.01))

@@ -243,7 +243,7 @@ def test_an_angle_cut_at_half_a_turn_is_one_line_and_the_same_made_whole_is_read
     assert len(scene_table(scene)["poses"]) == len(scene.poses) > 1
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.binary(max_size=200))
 def test_no_bytes_do_worse_than_one_line(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("r") / "r.csv"

@@ -194,7 +194,7 @@ def test_meshes_are_found_where_the_user_allows(folder, tmp_path):
         Meshes(path, [tmp_path / "nowhere"])
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_drawn_urdfs_move_as_mujoco_says(tmp_path_factory, seed):
     """Any axes, coinciding joints, fixed joints between."""
@@ -251,7 +251,7 @@ def test_what_a_joint_beside_the_chain_moves_stands_still_and_is_named(tmp_path)
     assert [c.link.name for c in picked.carried if c.beside] == ["d"]
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_targets_of_drawn_chains(seed):
     """Coinciding joints make no empty segment: the shell is there, and the curve ends at the

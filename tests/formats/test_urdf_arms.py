@@ -150,7 +150,7 @@ def test_a_chain_ends_before_its_gripper_which_stays_as_a_body(tmp_path_factory,
     assert (same.tip, same.chain.joints) == (picked.tip, picked.chain.joints)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(drawing.seeds)
 def test_a_held_joint_is_a_fixed_transform_and_others_follow_it(tmp_path_factory, seed):
     """Whatever is held, every link stands where it does with that value of the joint, and a joint
@@ -196,7 +196,7 @@ def options_of(line):
         yield ReadingOptions(**each).resolve()
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_two_arms_are_a_choice_and_every_choice_loads(tmp_path_factory, seed):
     """With a lift below both, too, or a mobile base; the other arm is a body that moves with no
@@ -230,7 +230,7 @@ def test_two_arms_are_a_choice_and_every_choice_loads(tmp_path_factory, seed):
         checked(picked, path.read_text(), rng.uniform(-2, 2, joints + lift))
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_a_sliding_joint_loads_and_so_does_one_that_mimics_a_joint_of_the_chain(
     tmp_path_factory, seed

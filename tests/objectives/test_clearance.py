@@ -147,7 +147,7 @@ def test_what_stays_inside_the_bore_blocks_nothing():
     assert blocks(blocked_by_capsules(around, *tube, np.array([0.0501])), 0.0)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(drawing.seeds)
 def test_an_envelope_meets_no_box_where_it_is_not_blocked(seed):
     rng = np.random.default_rng(seed)

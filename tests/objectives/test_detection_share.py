@@ -210,7 +210,7 @@ def test_bounds_hold_in_every_ball_and_no_shadow_is_lost(drawn, name, seed):
 
 
 @given(scenes(targets=NEAR, obstacles=CELLS), st.sampled_from(["shadow", "blind"]), SEEDS)
-@settings(max_examples=10)
+@settings(max_examples=15)
 def test_in_the_limit_places_in_view_are_certain_and_others_impossible(drawn, occlusion, seed):
     """A piece of 1 mm, so bright that any part of it suffices, but within its diagonal of the
     surface of what is in view."""
@@ -251,7 +251,7 @@ LARGER = {
     st.sampled_from(["ignore", "shadow", "blind"]),
     st.lists(st.integers(10, 60), min_size=2, max_size=3),
 )
-@settings(max_examples=8)
+@settings(max_examples=12)
 def test_grows_with_each_of_its_causes(cause, name, k, occlusion, fov_deg):
     sensors = [Sensor(math.radians(f), 1.0, None, math.radians(f / 2), 3) for f in fov_deg]
     scene, setup = scene_of(occlusion), setup_of(*sensors)
@@ -264,7 +264,7 @@ def test_grows_with_each_of_its_causes(cause, name, k, occlusion, fov_deg):
 @given(
     st.sampled_from(sorted(PIECES)), st.lists(st.integers(10, 60), min_size=2, max_size=3), SEEDS
 )
-@settings(max_examples=10)
+@settings(max_examples=15)
 def test_grows_with_the_width_of_what_no_body_hides_and_no_sensor_is_in(name, fov_deg, seed):
     sensors = [Sensor(math.radians(f), 1.0, None, math.radians(f / 2), 3) for f in fov_deg]
     scene, setup, piece = scene_of("ignore"), setup_of(*sensors), PIECES[name]

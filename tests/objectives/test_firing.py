@@ -35,7 +35,7 @@ def listed(setup, scene, reach):
     return interference(scene, setup, reach).conflicts(setup.sensors)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(setup=mixed_setups(6, 3), q=poses(), seed=st.integers(0, 2**32 - 1))
 def test_a_pair_with_a_common_point_in_its_beams_is_listed(setup, q, seed):
     rng = np.random.default_rng(seed)
@@ -47,7 +47,7 @@ def test_a_pair_with_a_common_point_in_its_beams_is_listed(setup, q, seed):
         assert conflicts[i, meets].all()
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(setup=setups(6, 3), q=poses(), cell=CELLS, seed=st.integers(0, 2**32 - 1))
 def test_a_pair_that_meets_on_a_body_is_listed(setup, q, cell, seed):
     """Points of a body that one sensor sees, and that lie in the other's angle at any distance."""
@@ -67,7 +67,7 @@ def test_a_pair_that_meets_on_a_body_is_listed(setup, q, cell, seed):
 
 
 @given(setup=setups(6, 3), q=poses(), cell=CELLS)
-@settings(max_examples=12)
+@settings(max_examples=20)
 def test_more_ways_to_meet_list_more_pairs(setup, q, cell):
     scene = FREE.replace(poses=q, obstacles=[Obstacle(f"b{i}", body=b) for i, b in enumerate(cell)])
     direct, overlap, all_ways = (
@@ -148,7 +148,7 @@ def least_period(problem):
     return tried([])
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(problem=problems())
 def test_slots_are_apart_and_no_longer_than_the_exact_ones(problem):
     result, least = slots(problem), least_period(problem)
@@ -160,7 +160,7 @@ def test_slots_are_apart_and_no_longer_than_the_exact_ones(problem):
     assert problem.bound <= least + 1e-9
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(setup=setups(8, 3), q=poses())
 @example(setup=pr.Setup.named("n1_16_0"), q=np.zeros(6))
 def test_quick_slots_of_setups_are_within_a_fifth_of_the_exact_ones(setup, q):

@@ -129,7 +129,7 @@ def test_drawn_mountings_are_counted_one_by_one(verifier, setup, seed):
     assert found.mean_error == pytest.approx(expected.std(ddof=1) / math.sqrt(3))
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(SEEDS, st.sampled_from(["uniform", "normal"]))
 def test_errors_are_common_seeded_and_within_their_limits(seed, law):
     errors = MountingErrors(0.004, 0.05, law)
@@ -166,7 +166,7 @@ def misplaced_axes(here, position, tilt, phase, frames, errors):
     )
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(SETUPS, poses(), SEEDS)
 def test_misplaced_sensors_are_where_the_errors_say(setup, q, seed):
     """Rings stay rigid, slip along the link as said, look as far astray as said; axes stay unit."""

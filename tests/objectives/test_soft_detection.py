@@ -71,7 +71,7 @@ def about(scene, setup, rng) -> np.ndarray:
 
 
 @pytest.mark.slow
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(setups(), CASES, GENERATORS)
 def test_the_share_is_the_mean_of_the_exact_law(setup, case, rng):
     occlusion, question = case

@@ -101,7 +101,7 @@ def test_a_climb_holds_nothing_once_it_has_ended(kind):
     assert left() is None
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(starts(), st.sampled_from([0.01, 0.2, math.inf]))
 def test_a_climb_keeps_the_rules_and_is_never_below_its_start(start, far):
     """Towards any values; what is not free stays, and the setup breaks no rule of the scene."""
@@ -132,7 +132,7 @@ def test_a_climb_keeps_the_rules_and_is_never_below_its_start(start, far):
     assert [f for f in broken if len(f.rings) == 1 or f.rule != "clearance"] == []
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(starts())
 def test_a_long_climb_ends_where_no_allowed_step_helps(start):
     """At best values that the rules allow; else the slope is what the rules leave of it."""

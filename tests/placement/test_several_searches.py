@@ -190,7 +190,7 @@ def _result(rings: int, exact: float, outcome: Outcome = Outcome.FINISHED, secon
     return result_of(setup, exact, outcome=outcome, seconds=seconds)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(
     st.lists(st.floats(0, 1), min_size=1, max_size=12),
     st.floats(0, 0.5),
@@ -231,7 +231,7 @@ def test_a_stop_keeps_the_fewest_so_far_and_says_so(monkeypatch):
     assert (len(found.result.setup.rings), found.result.outcome) == (2, Outcome.INTERRUPTED)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(
     st.integers(1, 12),
     st.floats(1, 60),

@@ -131,7 +131,7 @@ def test_a_profile_holds_the_beam_and_closes(sensor):
     assert enclosed == pytest.approx(profile.volume, rel=0.02)
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_no_prices_make_a_field_steeper_than_stated(seed):
     rng = np.random.default_rng(seed)
@@ -144,7 +144,7 @@ def test_no_prices_make_a_field_steeper_than_stated(seed):
     assert np.maximum(slopes, 0).sum() <= STEEPEST / sigma  # the worst prices in [0, 1]
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(st.integers(1, 13), drawing.seeds)
 def test_the_largest_sum_over_a_ring_is_that_over_all_phases(count, seed):
     values = np.random.default_rng(seed).uniform(size=24)
@@ -443,7 +443,7 @@ def test_no_drawn_layout_exceeds_the_bound_in_a_cell(name):
         assert Priced(pose, grid, QUICK, prices).bounds(QUICK)[-1] >= max(zetas) - _COUNT / 2
 
 
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(st.floats(0.8, 1.3), st.floats(0.0, 0.1), st.floats(0.3, 0.9), st.booleans())
 def test_the_volume_of_a_weighted_box_has_bounds_wherever_it_lies(side, shift, step, weighted):
     """By voxels' centres a box of 2.0102 m had a bound of 6.571 % and a layout of 6.586 %."""
@@ -530,7 +530,7 @@ def test_a_bound_below_the_wanted_coverage_is_not_refused(target, sensors):
     assert not says_nothing(scene, Space(scene, sensors=sensors), Criterion())
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(drawing.seeds)
 def test_no_layout_covers_more_than_is_within_reach(seed):
     rng = np.random.default_rng(seed)

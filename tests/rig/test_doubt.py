@@ -70,7 +70,7 @@ def spoiled(rng, kind, read, which):
     return replace(read, distance=distance, status=status)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(seeds, st.sampled_from(KINDS), st.floats(0.25, 0.95), st.integers(20, 80))
 def test_a_doubtful_sensor_is_found_by_its_kind_and_no_other_one(seed, kind, share, frames):
     rng, k = np.random.default_rng(seed), int(np.random.default_rng(seed).choice(sure()))
@@ -86,7 +86,7 @@ def test_a_doubtful_sensor_is_found_by_its_kind_and_no_other_one(seed, kind, sha
     assert not np.delete(found.found, k, axis=1).any()
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(seeds, st.floats(0, 0.05), st.integers(20, 40))
 def test_usual_noise_and_loss_are_no_doubt(seed, lost, frames):
     joints, rng = np.concatenate([Q, drawn(SCENE, 4, seed % 20)]), np.random.default_rng(seed)
@@ -96,7 +96,7 @@ def test_usual_noise_and_loss_are_no_doubt(seed, lost, frames):
         assert not found.found.any()
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 60))
 def test_a_ring_that_sits_elsewhere_and_sees_the_robot_is_no_doubt(seed):
     done, rng = injected(SCENE, SETUP, seed), np.random.default_rng(seed)

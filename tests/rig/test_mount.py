@@ -114,7 +114,7 @@ def test_a_plan_of_stops_reads_back(plan, tmp_path):
         read_model(file, MountPlanFile)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(seeds, st.integers(4, 12), st.booleans())
 def test_orders_and_exchanges_are_found(seed, count, silent):
     rng = np.random.default_rng(seed)

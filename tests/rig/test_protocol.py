@@ -221,7 +221,7 @@ def test_fuzzed_bytes_raise_nothing_and_make_no_frame_that_was_not_sent(name):
         assert found.counts.frames == len(frames)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(st.sampled_from(list(DECODERS)), st.lists(st.binary(max_size=200), max_size=10))
 def test_any_bytes_at_all_raise_nothing(name, data):
     found, reader = decoder(name, 3), HelloReader(COUNT, Counts())
@@ -288,7 +288,7 @@ some = st.integers(0, 2**31)
 sides = st.integers(1, 8)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(
     some,
     st.tuples(st.integers(1, 3), sides, sides, st.integers(1, 4)),
@@ -312,7 +312,7 @@ def test_frames_of_zones_survive_noise_and_pieces(seed, shape, measured, noise, 
         assert len(got.distance) == len(got.status) == shape[0]
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(some, st.integers(0, 10_000), st.integers(1, 255))
 def test_one_wrong_byte_costs_one_frame_of_zones(seed, place, flip):
     zones = drawn_zones(seed, (2, 2, 3, 2))
@@ -322,7 +322,7 @@ def test_one_wrong_byte_costs_one_frame_of_zones(seed, place, flip):
     assert [f.sequence for f in fed(Decoder(2), data)] == [1, 2]
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(some)
 def test_a_sensor_reads_the_nearest_of_its_zones(seed):
     zones = drawn_zones(seed, (5, 3, 3, 2))

@@ -71,7 +71,7 @@ def thinned(states, frames, notes, every):
     return [s.time for s in kept_states], [(r, f.sequence) for r, f in kept_frames]
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**31), st.integers(0, 5), st.integers(1, 400))
 def test_what_a_step_reads_stays_and_little_else_whenever_it_is_decided(seed, steps, every):
     states, frames, notes = session(seed, steps)

@@ -77,7 +77,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(seeds, st.integers(1, 9))
 def test_every_line_of_a_grammar_is_read_by_its_name_and_without(shape, seed, count):
     rng, (name, only) = np.random.default_rng(seed), SHAPES[shape]
@@ -142,7 +142,7 @@ def good(read):
     return read is not None and any(one.status != Status.FAILED for one in read.sensors)
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(seeds, st.integers(1, 6))
 def test_lines_of_others_between_cost_no_reading_and_add_none(seed, count):
     rng = np.random.default_rng(seed)
@@ -173,7 +173,7 @@ ODD = [
 ]
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(seeds, st.integers(4, 16), st.sampled_from([",", ", ", "; ", "\t"]))
 def test_an_odd_word_fails_its_sensor_alone(seed, count, gap):
     rng = np.random.default_rng(seed)
@@ -191,7 +191,7 @@ def test_an_odd_word_fails_its_sensor_alone(seed, count, gap):
     assert found.counts.corrupt == 1
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(seeds, st.integers(4, 16), st.sampled_from([",", " ", "\t", "; "]), st.integers(0, 1))
 def test_an_odd_word_fails_the_sensor_of_its_index_alone(seed, count, gap, first):
     rng = np.random.default_rng(seed)
@@ -255,7 +255,7 @@ def chatter(rng):
     return [str(word) for word in rng.choice(words, int(rng.integers(3, 7)))]
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(seeds, st.integers(1, 4), st.booleans(), st.integers(1, 4))
 def test_each_restart_is_named_once_and_nothing_of_it_is_read(seed, count, boots, times):
     """Only a boot log says that a board restarted; other lines of text do not, however many."""

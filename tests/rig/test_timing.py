@@ -87,7 +87,7 @@ def named(found):
     return [ring.ring for ring in found if ring.faults]
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(FACING, SEEDS)
 def test_rings_that_keep_the_schedule_have_no_fault_even_if_frames_are_lost(setup, seed):
     paces = paced(setup)
@@ -99,7 +99,7 @@ def test_rings_that_keep_the_schedule_have_no_fault_even_if_frames_are_lost(setu
             assert ring.found_hz == pytest.approx(pace.rate_hz, rel=0.01)
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(FACING, SEEDS, st.floats(0, 1), st.data())
 def test_a_ring_out_of_step_is_named_with_its_delay_and_no_other_one(setup, seed, share, data):
     paces = paced(setup)
@@ -118,7 +118,7 @@ def test_a_ring_out_of_step_is_named_with_its_delay_and_no_other_one(setup, seed
     assert found[faulty].reference != faulty
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(FACING, SEEDS, st.sampled_from([0.7, 0.9, 1.1, 1.5]), st.data())
 def test_a_ring_at_another_rate_is_named_with_it_and_no_other_one(setup, seed, slower, data):
     paces = paced(setup)

@@ -156,7 +156,7 @@ def test_a_short_motion_comes_round_again_and_no_moment_is_preferred():
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=10)
+@settings(max_examples=15)
 def test_a_sight_shorter_than_a_period_counts_for_nothing(seed):
     rng = np.random.default_rng(seed)
     seen, steps = rng.uniform(size=(2, 12, 3)) < 0.7, rng.integers(0, 5, 3)

@@ -57,7 +57,7 @@ def best_of_all(asked):
     return max(asked.share(np.array(s, int)) for s in subsets if asked.allowed(np.array(s, int)))
 
 
-@settings(max_examples=10)
+@settings(max_examples=15)
 @given(drawing.seeds)
 def test_bounds_enclose_the_best_choice(seed):
     rng = np.random.default_rng(seed)
@@ -91,7 +91,7 @@ def test_a_solver_without_time_still_gives_bounds():
     assert relaxed(asked, 1e-9) >= relaxed(asked, 10.0) - 1e-9
 
 
-@settings(max_examples=12)
+@settings(max_examples=20)
 @given(drawing.seeds)
 def test_equal_points_made_one_change_no_share(seed):
     rng = np.random.default_rng(seed)

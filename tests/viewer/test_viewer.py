@@ -391,7 +391,7 @@ def test_a_scene_with_one_target_shows_the_papers_beside_it():
 ROOM = ViewerSession(Scene(), {"a": SMALL})
 
 
-@settings(max_examples=8)
+@settings(max_examples=12)
 @given(gap=st.floats(0.0, 0.3), tilt=st.floats(-1.2, 1.2), seed=drawing.seeds)
 def test_rings_that_cannot_be_built_are_red_and_the_reasons_are_those_of_verify(gap, tilt, seed):
     """Rings too near to each other, off the robot's links, through its bodies, of any tilt."""
