@@ -131,7 +131,7 @@ def rows_of(rings: bool, runs: int) -> list[list[Any]]:
                     say("repeated:", name, error)
                 rig.do("heal")
             ms = [1000 * s for _, s in found if s is not None]
-            times = [f"{statistics.median(ms):.0f}", f"{max(ms):.0f}"] if ms else ["-", "-"]
+            times = [f"{statistics.median(ms):z.0f}", f"{max(ms):z.0f}"] if ms else ["-", "-"]
             reports = Counter(report for report, _ in found).most_common()
             happened = "; ".join(f"{report} ({n})" for report, n in reports)
             rows.append([name, len(found), happened, *times, f"{1000 * bound:.0f}"])
