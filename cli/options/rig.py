@@ -65,6 +65,7 @@ def require_fit(
         raise UserError(f"--scheduled: not allowed with {given[0]}, which reads no ring")
     if options.injected == "late" and not options.scheduled:
         raise UserError("--injected late: allowed only with --scheduled")
+    options.rod  # noqa: B018  (refuses a size that is none)
     if bag:
         from ...formats.export.ros2_bag import require_rosbags
 

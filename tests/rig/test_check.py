@@ -269,8 +269,6 @@ def test_options_that_do_not_fit_are_refused(tmp_path, monkeypatch, words, parts
     (tmp_path / "small.toml").write_text(PROPOSAL)
     before = files_of(tmp_path)
     subject = [] if words == "--replay small.toml" else ["small.toml"]
-    if "--rod-mm" in words:  # read once the packages of the rig are there
-        pytest.importorskip("rtde_control")
     with refused(*parts):
         call("check", *subject, *words.split(" ") if words else ())
     assert files_of(tmp_path) == before
