@@ -24,7 +24,7 @@ _WIDTH = 88  # characters of a signature on one line
 _PLAIN = {
     r" \| ResolvedSetup\b": "",
     r"\bndarray": "np.ndarray",
-    r"\bjaxlib\._jax": "jax",
+    r"(?<![\w.])(?:jaxlib\._jax\.)?Array\b": "jax.Array",  # as versions of Python name it
 }
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
 _SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
