@@ -1,8 +1,9 @@
 """Zeta of detection: the expected share of a target in which a test piece is detected in time."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -221,19 +222,20 @@ def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detect
     of the count or a guaranteed interval and, beside a count, with the ends of what the law's
     assumptions leave open; raises as ``at_pose``.
     """
-    start, every = time.perf_counter(), range(len(verifier.scene.poses))
-    poses = [at_pose(verifier, setup, target, i, detection, assumed=True) for i in every]
+    start = time.perf_counter()
+    here = partial(at_pose, verifier, setup, target, detection=detection, assumed=True)
+    poses = verifier.workers.each(here, len(verifier.scene.poses), verifier.at)
     return Detected(
         question=detection,
         **{key: _mean(poses, key) for key in _MEANS},
         law_error=LAW_ERROR[several_zones(verifier.scene, setup)],
         cell=(verifier.voxel or VOXEL) if verifier.rule == "certified" else None,
-        poses=tuple(poses),
+        poses=poses,
         seconds=time.perf_counter() - start,
     )
 
 
-def _mean(poses: list[PoseDetected], key: str) -> Any:
+def _mean(poses: Sequence[PoseDetected], key: str) -> Any:
     """Return the weighted mean of a value at all poses; None where it is not known."""
     each = [getattr(p, key) for p in poses]
     return None if None in each else weighted_mean([p.weight for p in poses], each)

@@ -4,6 +4,7 @@ sensors see almost nothing.
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import Annotated
 
 import numpy as np
@@ -21,6 +22,7 @@ from ..coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ..coverage.robots.ring_section import tube_of
 from ..coverage.solids.base import Parts
 from ..coverage.solids.beams import Beams
+from .pose_workers import ALONE, PoseWorkers
 from .scene import Scene
 
 _NOTHING = 0.01  # share of its cone below which a sensor counts as occluded
@@ -130,7 +132,7 @@ class Unseeing:
     """Name of a single sensor or of one of the cell; empty for a sensor of a ring."""
 
 
-def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
+def unseeing(scene: Scene, setup: Setup, workers: PoseWorkers = ALONE) -> list[Unseeing]:
     """Return the sensors of ``setup`` and of the cell that see less than a hundredth of their
     beams at some poses.
 
@@ -142,30 +144,38 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
     setup = scene.with_cell(setup)
     labels = setup.labels
     singles = {i: setup.group_name(i) for i in range(len(setup.rings), len(setup.groups))}
+    occluded: dict[tuple[int, str | None], tuple[list[int], float]] = {}
+    for p, found in enumerate(workers.each(partial(_blocked, scene, setup), len(scene.poses))):
+        for k, name, depth in found:
+            poses, deepest = occluded.setdefault((k, name), ([], 0.0))
+            poses.append(p)
+            occluded[k, name] = poses, max(deepest, depth)
+    return [
+        Unseeing(*labels[k], len(p), name, deep, singles.get(labels[k][0], ""))
+        for (k, name), (p, deep) in sorted(occluded.items(), key=_order)
+    ]
+
+
+def _blocked(scene: Scene, setup: Setup, pose: int) -> list[tuple[int, str | None, float]]:
+    """Return the blocked sensors at a pose: the number of each, the name of the body or obstacle
+    that contains it, and its depth inside it, m."""
+    q = scene.poses[pose].q
+    cones = sensor_cones(scene.robot, setup, q)
+    seen = sight(scene, cones, q)
+    if not isinstance(seen, OccludedBeams):
+        return []
     names = [
         *(b.name for b in scene.robot.bodies if scene.occlusion != "ignore"),
         *(o.name for o in scene.obstacles),
         *(c.name for c in scene.robot.carried if scene.occlusion != "ignore"),
     ]
-    occluded: dict[tuple[int, str | None], tuple[list[int], float]] = {}
-    unit = np.random.default_rng(0).random((_SAMPLES, 3))
-    for p, pose in enumerate(scene.poses):
-        cones = sensor_cones(scene.robot, setup, pose.q)
-        seen = sight(scene, cones, pose.q)
-        if not isinstance(seen, OccludedBeams):
-            return []
-        where, depth = occluders(scene, pose.q).holds(np.asarray(cones.apex))
-        sees = _sees(cones, seen, unit)
-        for k in range(len(cones)):
-            name = names[where[k]] if where[k] >= 0 else None
-            if name is None and sees[k]:
-                continue
-            poses, deepest = occluded.setdefault((k, name), ([], 0.0))
-            poses.append(p)
-            occluded[k, name] = poses, max(deepest, float(depth[k]))
+    where, depth = occluders(scene, q).holds(np.asarray(cones.apex))
+    sees = _sees(cones, seen, np.random.default_rng(0).random((_SAMPLES, 3)))
+    within = [names[i] if i >= 0 else None for i in where]
     return [
-        Unseeing(*labels[k], len(p), name, deep, singles.get(labels[k][0], ""))
-        for (k, name), (p, deep) in sorted(occluded.items(), key=_order)
+        (k, name, float(depth[k]))
+        for k, name in enumerate(within)
+        if name is not None or not sees[k]
     ]
 
 

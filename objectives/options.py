@@ -49,6 +49,9 @@ class VerifyOptions(ObjectOptions):
     memory: Annotated[float | None, Number("GB, 0.01 or more", ge=0.01)] = None
     """Memory for sets of voxels in GB; larger sets are processed in parts. Default: half of the
     free memory."""
+    workers: Annotated[int | None, Whole(1, 1024)] = None
+    """Number of processes among which the poses of a motion are divided. Default: 1 in Python; the
+    command uses all processors for more than 16 poses."""
 
     def __post_init__(self) -> None:
         """Raise InputError for values out of range, or a width of a count."""

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Literal
 
 import psutil
@@ -21,6 +22,7 @@ from ..coverage.voxels.voxel_set import VoxelSet
 from ..coverage.voxels.weighted_voxels import important
 from ..coverage.voxels.weighted_voxels import layers as weighted_layers
 from .occlusion import setup_sight
+from .pose_workers import ALONE, KeptVoxels, PoseWorkers
 from .sampling_error import PointCount
 from .scene import Scene
 from .target_voxels import check_beams, check_voxel, surface_voxels, target_voxels
@@ -62,6 +64,7 @@ class Verifier:
         memory: float | None = None,
         at: Callable[[int], None] = _silent,
         keep: bool = False,
+        workers: PoseWorkers = ALONE,
     ) -> None:
         """Choose how to count.
 
@@ -77,24 +80,20 @@ class Verifier:
                 cached for the next setup. None: half of the free memory.
             at: called with the index of each pose before it is counted.
             keep: whether certified intervals hold their cells, for a certificate.
+            workers: processes among which the poses are divided.
         """
         self.memory = psutil.virtual_memory().available / 2 if memory is None else memory
         certified = rule == "certified" and width > 0
-        self.scene, self.rule, self.width, self.tell, self.at, self.keep = (
-            scene,
-            rule,
-            width,
-            tell,
-            at,
-            keep,
-        )
+        self.scene, self.rule, self.width, self.keep = scene, rule, width, keep
+        self.tell, self.at, self.workers = tell, at, workers
         self.voxel = VOXEL if voxel is None and not certified else voxel
-        self._targets: dict[tuple[Target, int], VoxelSet] = {}
+        self._targets = KeptVoxels()
         self._layers: dict[tuple[Target, int], Layers] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        """How it counts; what it reports to, and the voxels, stay in their process."""
-        return {**vars(self), "tell": _silent, "at": _silent, "_targets": {}, "_layers": {}}
+        """How it counts, with its share of the memory; what it reports to stays in its process."""
+        alone = {"tell": _silent, "at": _silent, "workers": ALONE, "_layers": {}}
+        return {**vars(self), **alone, "memory": self.memory / self.workers.count}
 
     def _important(self, target: Target, voxels: VoxelSet) -> VoxelSet:
         """Return the voxels at which the target's weight field, if it has one, is above 0."""
@@ -171,7 +170,8 @@ class Verifier:
         """Return a verifier of the same scene that judges voxels at their centres."""
         if self.rule == "centre":
             return self
-        return Verifier(self.scene, self.point_voxel, "centre", memory=self.memory, at=self.at)
+        more: dict[str, Any] = {"memory": self.memory, "at": self.at, "workers": self.workers}
+        return Verifier(self.scene, self.point_voxel, "centre", **more)
 
     def in_scene(self, scene: Scene) -> "Verifier":
         """Return a verifier for a scene of the same targets and poses, with the same cached
@@ -248,7 +248,8 @@ class Verifier:
         if self.voxel is not None:
             groups = self.scene.with_cell(setup).groups
             check_beams({group.sensor for group in groups}, self.voxel)
-        poses = tuple(self.at_pose(setup, target, i) for i in range(len(self.scene.poses)))
+        at_pose = partial(self.at_pose, setup, target)
+        poses = self.workers.each(at_pose, len(self.scene.poses), self.at)
         return self.over_poses(target, poses, time.perf_counter() - start)
 
     def verify_goals(self, setup: Setup) -> tuple[Verified, ...]:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from functools import partial
 
 from ..coverage.rings.ring import Setup
 from ..coverage.targets.target import Target
@@ -28,7 +29,8 @@ def verify_targets(verifier: Verifier, setup: Setup, targets: Sequence[Target]) 
             results.append(verifier.verify(setup, some[0]))
             continue
         start = time.perf_counter()
-        poses = [_at_pose(verifier, setup, some, i) for i in range(len(verifier.scene.poses))]
+        at_pose = partial(_at_pose, verifier, setup, some)
+        poses = verifier.workers.each(at_pose, len(verifier.scene.poses), verifier.at)
         seconds = (time.perf_counter() - start) / len(some)
         results += [
             verifier.over_poses(target, each, seconds)

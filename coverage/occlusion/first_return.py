@@ -22,6 +22,8 @@ from .ball_in_cone import ball_in_sector
 MARGIN = 1e-9  # m and rad: rounding tolerance of tests whether a point is in a beam
 _GOLDEN = (5**0.5 - 1) / 2
 _STEPS, _ROUNDS = 13, 4  # of golden-section searches: to 1e-11 of an axis
+COARSE = 0.002
+"""Part of an axis to which one round of a golden-section search finds its place."""
 
 
 class Beam(NamedTuple):
@@ -130,17 +132,23 @@ def _widened(beam: Beam, radius: Numbers, margin: float) -> tuple[Beam, Numbers]
 
 
 def capsule_gap(
-    beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0
+    beam: Beam,
+    start: Array,
+    end: Array,
+    radius: Numbers,
+    margin: float = 0.0,
+    rounds: int = _ROUNDS,
 ) -> tuple[Any, Any]:
     """Return the distance (...) m of capsules from cones, and where along the axis it is least.
 
     A negative distance is a depth of overlap. The place runs from 0 to 1 along the axis. The search
-    is valid because the distance of a point from a convex cone is convex along the axis. For
-    arguments and gradients see ``capsule_in_beam``.
+    is valid because the distance of a point from a convex cone is convex along the axis. After one
+    round the place is exact to ``COARSE``, and the distance too large by at most that part of the
+    axis. For arguments and gradients see ``capsule_in_beam``.
     """
     beam, radius = _widened(beam, radius, margin)
     still = _still((beam, start, end))
-    best = _nearest(still[0], _axes(*still), radius, _ROUNDS)
+    best = _nearest(still[0], _axes(*still), radius, rounds)
     return cone_gap(beam, start + best[..., None] * (end - start)) - radius, best
 
 

@@ -7,21 +7,20 @@ targets. A body in some zones does not affect the others, so for such a beam bot
 same as ``shadow``.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, Index, dot
+from ..arrays import dot
 from ..solids.base import Parts
 from ..solids.beams import Beams
 from ..solids.capsule_shadows import capsule_shadow
 from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import around
 from ..solids.polyhedra import Polyhedron, polyhedron_shadow
-from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, cone_gap
+from .first_return import COARSE, MARGIN, Beam, capsule_gap, capsule_in_beam, cone_gap
 from .occluded_beams import OccludedBeams
 from .occlusion_mode import Occlusion
 from .polyhedron_return import polyhedron_in_beam
@@ -91,36 +90,59 @@ def beams(
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
     separation = np.asarray(separations(cones, occlusion))
     one_zone = live & ~np.asarray(cones.is_zoned())
-    dark, late = _dark(cones, np.flatnonzero(one_zone), occluders, separation, bracketed)
+    near = _near(around(cones), occluders.bodies)
+    dark, late = _dark(cones, np.flatnonzero(one_zone), occluders, near, separation, bracketed)
     # beyond the first return of one target there is no shadow left to cast
     blinded = one_zone & np.isinf(separation[:, :1]).any(axis=1)
-    shadows = _shadows(cones, np.flatnonzero(live & ~blinded), occluders, looks or around(cones))
+    if looks is not None:
+        near = _near(looks, occluders.bodies)
+    looks = around(cones) if looks is None else looks
+    shadows = _shadows(cones, np.flatnonzero(live & ~blinded), occluders, near, looks)
     return OccludedBeams(cones, dark, late, shadows)
 
 
-def _looks(looks: Beams, k: Index) -> Beam:
-    """Return the cones ``k`` (K,) of ``looks``."""
+def _looks(looks: Beams, k: np.ndarray | slice) -> Beam:
+    """Return the cones ``k`` of ``looks``."""
     return Beam(*(np.asarray(getattr(looks, name))[k] for name in Beam._fields))
 
 
-def _in_capsules(
-    function: Callable[..., tuple[Array, Array]],
-    looks: Beam,
-    bodies: Capsules | None,
-    margin: float,
-) -> Any:
-    """Return the first result (K, N) of ``function`` for each beam and capsule; infinity where the
-    ball about a capsule does not reach the beam.
-    """
+def _near(looks: Beams, bodies: Capsules | None) -> Bool[np.ndarray, "K N"]:
+    """Return which bodies meet each of the cones ``looks``, and a few that pass by within some
+    thousandths of their axes."""
+    beam = _looks(looks, slice(None))
     if bodies is None:
-        return np.full((len(looks.apex), 0), np.inf)
+        return np.zeros((len(beam.apex), 0), bool)
     start, end, radius = bodies.start, bodies.end, bodies.radius  # (N, 3), (N, 3), (N,)
-    beam, way = Beam(*(a[:, None] for a in looks)), (end - start) / 2
-    ball = np.sqrt(dot(way, way)) + radius + _BALL_MARGIN
-    k, n = np.nonzero(cone_gap(beam, (start + way)[None]) <= ball)
-    first = np.full((len(looks.apex), len(radius)), np.inf)
-    first[k, n] = function(Beam(*(a[k] for a in looks)), start[n], end[n], radius[n], margin)[0]
-    return first
+    way = (end - start) / 2
+    half = np.sqrt(dot(way, way))
+    ball = half + radius + _BALL_MARGIN
+    away = cone_gap(Beam(*(a[:, None] for a in beam)), (start + way)[None])  # (K, N)
+    near: np.ndarray = away <= ball
+    k, n = np.nonzero(near)
+    each = Beam(*(a[k] for a in beam))
+    gap = capsule_gap(each, start[n], end[n], radius[n], _BALL_MARGIN, rounds=1)[0]
+    near[k, n] = gap <= 2 * COARSE * half[n]
+    return near
+
+
+def _first_returns(
+    looks: Beam, occluders: Occluders, near: Bool[np.ndarray, "K N"], margin: float
+) -> Any:
+    """Return the distance (K, N + O) m of the first return of each body and obstacle in each beam;
+    infinity where there is none.
+
+    Args:
+        looks: the beams.
+        occluders: bodies and obstacles.
+        near: the bodies that may meet each beam.
+        margin: m and rad, by which beams and occluders are widened.
+    """
+    bodies = np.full(near.shape, np.inf)
+    if occluders.bodies is not None:
+        k, n = np.nonzero(near)
+        each, (start, end, radius) = Beam(*(a[k] for a in looks)), occluders.bodies.arrays()
+        bodies[k, n] = capsule_in_beam(each, start[n], end[n], radius[n], margin)[0]
+    return np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
 
 
 def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
@@ -133,6 +155,7 @@ def _dark(
     cones: Beams,
     k: np.ndarray,
     occluders: Occluders,
+    near: Bool[np.ndarray, "K N"],
     separation: Float[np.ndarray, "K R"],
     bracketed: bool,
 ) -> tuple[Any, Any]:
@@ -147,9 +170,8 @@ def _dark(
     looks, each = _looks(around(cones), k), []
     far = _ends(np.asarray(looks.apex), occluders)
     for margin in (MARGIN, -MARGIN) if bracketed else (0.0,):
-        bodies = _in_capsules(capsule_in_beam, looks, occluders.bodies, margin)
-        near = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
-        own = unreported(near - margin, far + margin, separation[k])
+        first = _first_returns(looks, occluders, near[k], margin)
+        own = unreported(first - margin, far + margin, separation[k])
         dark = np.full((len(cones), *own.shape[1:]), np.inf)
         dark[k] = own
         each.append(dark)
@@ -165,15 +187,18 @@ def _ends(apex: Float[np.ndarray, "K 3"], occluders: Occluders) -> Float[np.ndar
 
 
 def _shadows(
-    cones: Beams, k: np.ndarray, occluders: Occluders, looks: Beams
+    cones: Beams,
+    k: np.ndarray,
+    occluders: Occluders,
+    near: Bool[np.ndarray, "K N"],
+    looks: Beams,
 ) -> tuple[Shadows, ...]:
-    """Return the shadows in beams ``k`` of what meets their cones ``looks``."""
+    """Return the shadows in beams ``k`` of bodies that are ``near`` them, and of obstacles that
+    meet their cones ``looks``."""
     if len(k) == 0:
         return ()
-    in_cones, bodies, wide = _looks(looks, k), occluders.bodies, 10 * MARGIN
-    apex = np.asarray(cones.apex)[k]
-    meets = _in_capsules(capsule_gap, in_cones, bodies, wide) <= 0
-    met = np.isfinite(_in_obstacles(in_cones, occluders, wide))
+    apex, bodies, meets = np.asarray(cones.apex)[k], occluders.bodies, near[k]
+    met = np.isfinite(_in_obstacles(_looks(looks, k), occluders, 10 * MARGIN))
     # no cone holds the beams of these: they take the shadows of everything
     every = np.asarray(cones.is_wide())[k]
     meets[every], met[every] = True, True
