@@ -79,10 +79,8 @@ class Coverage(Counted):
         core = self.scene
         targets = [goal.target for goal in core.targets]
         known = {(self.name, v.target): v for v in self.each}
-        with self.verifier.workers:
-            named = {self.name: self.setup}
-            records = tuple(counted(self.verifier, named, targets, targets, known))
-            effects = calibration_effect(self.verifier, self.setup)
+        records = counted(self.verifier, {self.name: self.setup}, targets, targets, known)
+        effects = calibration_effect(self.verifier, self.setup)
         sensors, moved = sensor_records(self.setup), lifted(self.setup)
         return tuple(
             replace(
@@ -148,8 +146,8 @@ class VerifyCall(VerifyOptions, SetupCall):
             raise InputError(line, "certificate", others=("rule",))
 
 
-def counted(call: VerifyCall, workers: PoseWorkers) -> Coverage:
-    """Return the coverage as ``verify`` does, computed by ``workers``, and write no certificate."""
+def counted(call: VerifyCall) -> Coverage:
+    """Return the coverage as ``verify`` does, in the active processes, and write no certificate."""
     name, placed, core = resolve_setup(call.setup, call.scene)
     voxel = call.voxel
     if not call.certified:
@@ -159,9 +157,8 @@ def counted(call: VerifyCall, workers: PoseWorkers) -> Coverage:
     calls: dict[str, Any] = {} if call.progress is None else {key: call.progress}
     memory = None if call.memory is None else call.memory * 1e9
     keep = call.certificate is not None
-    calls |= {"memory": memory, "keep": keep, "workers": workers}
-    verifier = Verifier(core, voxel, call.rule, call.share, **calls)
-    with input_errors(), workers:
+    verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, keep=keep, **calls)
+    with input_errors():
         if keep:
             certified_shapes(core, placed)  # refuses others before the work
         each = tuple(verifier.verify(placed, goal.target) for goal in core.targets)
@@ -201,7 +198,8 @@ def verify(call: VerifyCall) -> Coverage:
         >>> 0 < hand.assumed_low <= hand.zeta <= hand.assumed_high < 1
         True
     """
-    coverage = counted(call, PoseWorkers(call.workers or 1))
+    with PoseWorkers(call.workers or 1):
+        coverage = counted(call)
     if call.certificate is not None:
         with input_errors():
             write_bytes(Path(call.certificate), proof_of(coverage))

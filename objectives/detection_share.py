@@ -23,6 +23,7 @@ from ..coverage.voxels.voxel_set import VoxelSet, centre
 from ..coverage.weight_field import WeightField
 from .detected import Detected, PoseDetected
 from .occlusion import occluders
+from .pose_workers import each_pose
 from .sampling_error import error_of
 from .scene import Scene
 from .verified import weighted_mean
@@ -224,7 +225,7 @@ def detected(verifier: Verifier, setup: Setup, target: Target, detection: Detect
     """
     start = time.perf_counter()
     here = partial(at_pose, verifier, setup, target, detection=detection, assumed=True)
-    poses = verifier.workers.each(here, len(verifier.scene.poses), verifier.at)
+    poses = each_pose(here, len(verifier.scene.poses), verifier.at)
     return Detected(
         question=detection,
         **{key: _mean(poses, key) for key in _MEANS},

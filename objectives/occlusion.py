@@ -22,7 +22,7 @@ from ..coverage.robots.link_bodies import carried_polyhedra, robot_capsules
 from ..coverage.robots.ring_section import tube_of
 from ..coverage.solids.base import Parts
 from ..coverage.solids.beams import Beams
-from .pose_workers import ALONE, PoseWorkers
+from .pose_workers import each_pose
 from .scene import Scene
 
 _NOTHING = 0.01  # share of its cone below which a sensor counts as occluded
@@ -132,7 +132,7 @@ class Unseeing:
     """Name of a single sensor or of one of the cell; empty for a sensor of a ring."""
 
 
-def unseeing(scene: Scene, setup: Setup, workers: PoseWorkers = ALONE) -> list[Unseeing]:
+def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
     """Return the sensors of ``setup`` and of the cell that see less than a hundredth of their
     beams at some poses.
 
@@ -145,7 +145,7 @@ def unseeing(scene: Scene, setup: Setup, workers: PoseWorkers = ALONE) -> list[U
     labels = setup.labels
     singles = {i: setup.group_name(i) for i in range(len(setup.rings), len(setup.groups))}
     occluded: dict[tuple[int, str | None], tuple[list[int], float]] = {}
-    for p, found in enumerate(workers.each(partial(_blocked, scene, setup), len(scene.poses))):
+    for p, found in enumerate(each_pose(partial(_blocked, scene, setup), len(scene.poses))):
         for k, name, depth in found:
             poses, deepest = occluded.setdefault((k, name), ([], 0.0))
             poses.append(p)

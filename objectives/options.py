@@ -50,8 +50,9 @@ class VerifyOptions(ObjectOptions):
     """Memory for sets of voxels in GB; larger sets are processed in parts. Default: half of the
     free memory."""
     workers: Annotated[int | None, Whole(1, 1024)] = None
-    """Number of processes among which the poses of a motion are divided. Default: 1 in Python; the
-    command uses all processors for more than 16 poses."""
+    """Number of processes among which the poses of a motion are divided. Default: 1 in Python,
+    where a script must start more under ``if __name__ == "__main__"``; the command uses all
+    processors for more than 16 poses."""
 
     def __post_init__(self) -> None:
         """Raise InputError for values out of range, or a width of a count."""

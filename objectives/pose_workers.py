@@ -6,6 +6,7 @@ A pose is always computed by the same process, which keeps the voxels of that po
 import os
 import signal
 from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from functools import lru_cache
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
@@ -16,58 +17,52 @@ from ..coverage.definitions.errors import InputError
 from ..coverage.processors import processors
 from ..coverage.targets.target import Target
 from ..coverage.voxels.voxel_set import VoxelSet
+from .pose_subset import MANY
 
 _TASK = 4  # poses of one task: few, as progress is told after each
+_NEEDS = "each needs memory, and a script must call them under if __name__ == '__main__'"
 
 T = TypeVar("T")
 
 
 class PoseWorkers:
-    """A number of processes, started by the first use within a ``with`` block and ended by the
-    outermost one. Outside of one, and for a single process, poses are computed here.
+    """A number of processes, which compute the poses asked for by ``each_pose`` within a ``with``
+    block; they start when they are first needed, and end with the block.
     """
 
-    def __init__(self, count: int = 1) -> None:
+    def __init__(self, count: int) -> None:
         self.count = count
-        self._depth, self._running = 0, list[tuple[Any, Connection]]()
+        self._running = list[tuple[Any, Connection]]()
+
+    @classmethod
+    def of_motion(cls, poses: int, count: int | None = None) -> "PoseWorkers":
+        """Return ``count`` processes, by default one on each processor for a motion of more than
+        ``MANY`` poses."""
+        return cls(count or (processors() if poses > MANY else 1))
 
     def __enter__(self) -> "PoseWorkers":
-        self._depth += 1
+        self._before = _ACTIVE.set(self)
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._depth -= 1
-        if self._depth == 0:
-            self._stop()
+        _ACTIVE.reset(self._before)
+        self._stop()
 
     def each(
-        self,
-        function: Callable[[int], T],
-        poses: int,
-        at: Callable[[int], None] = lambda _: None,
+        self, function: Callable[[int], T], poses: int, at: Callable[[int], None]
     ) -> tuple[T, ...]:
-        """Return ``function`` of each pose from 0 to ``poses`` - 1.
-
-        Args:
-            function: can be pickled with all that it needs.
-            poses: number of poses.
-            at: called with the number of finished poses, if other processes compute them.
-
-        Raises:
-            InputError: if a process ended, as it does when memory runs out.
-        """
-        if self.count == 1 or self._depth == 0 or poses == 1:
-            return tuple(map(function, range(poses)))
-        self._start(min(self.count, poses))
+        """See ``each_pose``."""
         results = dict[int, T]()
         try:
+            self._start(min(self.count, poses))
             for some in self._finished(function, poses):
-                at(len(results))
+                for pose in some:
+                    at(pose)
                 results |= some
         except BaseException as error:
             self._stop()
             if isinstance(error, EOFError | OSError):
-                line = f"found {self.count}, one of which ended; fewer need less memory"
+                line = f"found {self.count}, one of which ended: {_NEEDS}"
                 raise InputError(line, "workers") from error
             raise
         return tuple(results[i] for i in range(poses))
@@ -114,8 +109,33 @@ class PoseWorkers:
                 process.join()
 
 
-ALONE = PoseWorkers()
-"""This process alone."""
+_ACTIVE: ContextVar[PoseWorkers | None] = ContextVar("pose workers", default=None)
+
+
+def active_workers() -> int:
+    """Return the number of processes among which poses are divided here."""
+    active = _ACTIVE.get()
+    return 1 if active is None else active.count
+
+
+def each_pose(
+    function: Callable[[int], T], poses: int, at: Callable[[int], None] = lambda _: None
+) -> tuple[T, ...]:
+    """Return ``function`` of each pose from 0 to ``poses`` - 1, by the active ``PoseWorkers``.
+
+    Args:
+        function: can be pickled with all that it needs.
+        poses: number of poses.
+        at: called with each pose that another process has computed.
+
+    Raises:
+        InputError: if a process ended: memory ran out, or a script starts processes whenever it is
+            imported.
+    """
+    active = _ACTIVE.get()
+    if active is None or active.count == 1 or poses == 1:
+        return tuple(map(function, range(poses)))
+    return active.each(function, poses, at)
 
 
 def _serve(asked: Connection, threads: int) -> None:

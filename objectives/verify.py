@@ -22,7 +22,7 @@ from ..coverage.voxels.voxel_set import VoxelSet
 from ..coverage.voxels.weighted_voxels import important
 from ..coverage.voxels.weighted_voxels import layers as weighted_layers
 from .occlusion import setup_sight
-from .pose_workers import ALONE, KeptVoxels, PoseWorkers
+from .pose_workers import KeptVoxels, active_workers, each_pose
 from .sampling_error import PointCount
 from .scene import Scene
 from .target_voxels import check_beams, check_voxel, surface_voxels, target_voxels
@@ -64,7 +64,6 @@ class Verifier:
         memory: float | None = None,
         at: Callable[[int], None] = _silent,
         keep: bool = False,
-        workers: PoseWorkers = ALONE,
     ) -> None:
         """Choose how to count.
 
@@ -80,20 +79,19 @@ class Verifier:
                 cached for the next setup. None: half of the free memory.
             at: called with the index of each pose before it is counted.
             keep: whether certified intervals hold their cells, for a certificate.
-            workers: processes among which the poses are divided.
         """
         self.memory = psutil.virtual_memory().available / 2 if memory is None else memory
         certified = rule == "certified" and width > 0
         self.scene, self.rule, self.width, self.keep = scene, rule, width, keep
-        self.tell, self.at, self.workers = tell, at, workers
+        self.tell, self.at = tell, at
         self.voxel = VOXEL if voxel is None and not certified else voxel
         self._targets = KeptVoxels()
         self._layers: dict[tuple[Target, int], Layers] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         """How it counts, with its share of the memory; what it reports to stays in its process."""
-        alone = {"tell": _silent, "at": _silent, "workers": ALONE, "_layers": {}}
-        return {**vars(self), **alone, "memory": self.memory / self.workers.count}
+        own = {"tell": _silent, "at": _silent, "memory": self.memory / active_workers()}
+        return {**vars(self), **own, "_layers": {}}
 
     def _important(self, target: Target, voxels: VoxelSet) -> VoxelSet:
         """Return the voxels at which the target's weight field, if it has one, is above 0."""
@@ -170,8 +168,7 @@ class Verifier:
         """Return a verifier of the same scene that judges voxels at their centres."""
         if self.rule == "centre":
             return self
-        more: dict[str, Any] = {"memory": self.memory, "at": self.at, "workers": self.workers}
-        return Verifier(self.scene, self.point_voxel, "centre", **more)
+        return Verifier(self.scene, self.point_voxel, "centre", memory=self.memory, at=self.at)
 
     def in_scene(self, scene: Scene) -> "Verifier":
         """Return a verifier for a scene of the same targets and poses, with the same cached
@@ -248,8 +245,7 @@ class Verifier:
         if self.voxel is not None:
             groups = self.scene.with_cell(setup).groups
             check_beams({group.sensor for group in groups}, self.voxel)
-        at_pose = partial(self.at_pose, setup, target)
-        poses = self.workers.each(at_pose, len(self.scene.poses), self.at)
+        poses = each_pose(partial(self.at_pose, setup, target), len(self.scene.poses), self.at)
         return self.over_poses(target, poses, time.perf_counter() - start)
 
     def verify_goals(self, setup: Setup) -> tuple[Verified, ...]:

@@ -122,14 +122,7 @@ def calibration_effect(verifier: Verifier, setup: Setup) -> list[CalibrationEffe
     if (calibration := scene.robot.calibration) is None:
         return []
     model = replace(scene, robot=scene.robot.nominal)
-    nominal = Verifier(
-        model,
-        verifier.voxel,
-        verifier.rule,
-        verifier.width,
-        memory=verifier.memory,
-        workers=verifier.workers,
-    )
+    nominal = Verifier(model, verifier.voxel, verifier.rule, verifier.width, memory=verifier.memory)
     move = largest_move(scene, setup)
     return [
         CalibrationEffect(calibration.source, move, verified.zeta)

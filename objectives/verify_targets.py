@@ -7,6 +7,7 @@ from functools import partial
 from ..coverage.rings.ring import Setup
 from ..coverage.targets.target import Target
 from ..coverage.voxels.octree import MOST_SETS, count_each
+from .pose_workers import each_pose
 from .sampling_error import PointCount
 from .verified import PoseZeta, Verified
 from .verify import Verifier
@@ -30,7 +31,7 @@ def verify_targets(verifier: Verifier, setup: Setup, targets: Sequence[Target]) 
             continue
         start = time.perf_counter()
         at_pose = partial(_at_pose, verifier, setup, some)
-        poses = verifier.workers.each(at_pose, len(verifier.scene.poses), verifier.at)
+        poses = each_pose(at_pose, len(verifier.scene.poses), verifier.at)
         seconds = (time.perf_counter() - start) / len(some)
         results += [
             verifier.over_poses(target, each, seconds)

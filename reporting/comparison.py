@@ -78,7 +78,7 @@ def counted(
     others = [target for target in targets if target not in goals]
     for some in [[target] for target in targets if target in goals] + [others] * bool(others):
         if some is others:  # their voxels are not needed any more after the comparison
-            verifier = Verifier(scene, verifier.voxel, at=verifier.at, workers=verifier.workers)
+            verifier = Verifier(scene, verifier.voxel, at=verifier.at)
         for name, one in setups.items():
             new = [target for target in some if (name, target) not in known]
             counts = dict(zip(new, verify_targets(verifier, one, new), strict=True))
@@ -97,9 +97,7 @@ def counted(
                     more["by_occlusion_error"] = {
                         m: v.error for m, v in counted if v.error is not None
                     }
-                    more["unseeing"] = (
-                        () if name in brief else unseeing(scene, one, verifier.workers)
-                    )
+                    more["unseeing"] = () if name in brief else unseeing(scene, one)
                     result = result.with_mounting(mount_faults(scene, one, clear))
                 if target in goals and name == next(iter(setups)):  # the others are for comparison
                     more["people"] = where_people_are(verifier, one, verified)

@@ -13,6 +13,7 @@ from place_rings._search import search
 from ...coverage.definitions.errors import UserError
 from ...formats.schema.proposal_models import SearchFile
 from ...formats.writing import output_files, write_text
+from ...objectives.pose_workers import PoseWorkers
 from ...objectives.scene import Scene
 from ...objectives.verified import Verified
 from ...placement.search.options import SearchOptions
@@ -69,7 +70,8 @@ def place(scene: Scene, options: SearchOptions, out: Path, as_json: bool) -> Non
     console, log = Terminal(), Terminal(stderr=True)
     with output_files(out, *_FILES.values(), keep=True) as new:
         proposal = _searched(scene, options, log)
-        comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
+        with PoseWorkers.of_motion(len(scene.poses)):
+            comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
         with log.status("bounding the largest gap") if _gapped(scene) else nullcontext():
             mine = proposal.own_records(comparison)
         paths = {key: str(out / name) for key, name in _FILES.items()}

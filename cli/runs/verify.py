@@ -11,11 +11,9 @@ from place_rings._verify import Coverage, VerifyCall, counted, proof_of
 from ...coverage.definitions.definition import json_of
 from ...coverage.definitions.errors import UserError
 from ...coverage.detection.detection import Detection
-from ...coverage.processors import processors
 from ...coverage.voxels.volume_tally import Bracket
 from ...formats.writing import output_files, require_place, write_bytes
 from ...objectives.options import VerifyOptions
-from ...objectives.pose_subset import MANY
 from ...objectives.pose_workers import PoseWorkers
 from ...objectives.scene import Scene
 from ...objectives.verified import IntervalProof, Verified
@@ -133,7 +131,7 @@ def _counted(
 ) -> Coverage:
     """Return the coverage and its records; a spinner on stderr shows the progress."""
     poses = len(subject.scene.poses)
-    workers = PoseWorkers(options.workers or (processors() if poses > MANY else 1))
+    workers = PoseWorkers.of_motion(poses, options.workers)
     with Terminal(stderr=True).status("counting") as status, workers:
 
         def tell(b: Bracket) -> None:
@@ -147,7 +145,7 @@ def _counted(
 
         progress: Callable[[Any], None] = tell if options.certified else at
         more: dict[str, Any] = {"detect": question, "certificate": certificate}
-        coverage = counted(VerifyCall(subject, progress=progress, **more, **vars(options)), workers)
+        coverage = counted(VerifyCall(subject, progress=progress, **more, **vars(options)))
         coverage.records  # noqa: B018  (counts under the other models of occlusion)
     return coverage
 

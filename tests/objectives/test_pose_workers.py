@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.definitions.errors import InputError
 from place_rings.coverage.targets.named import ReachSphere, Shell
 from place_rings.objectives.occlusion import unseeing
-from place_rings.objectives.pose_workers import ALONE, PoseWorkers
+from place_rings.objectives.pose_workers import PoseWorkers, each_pose
 from place_rings.objectives.poses import Pose
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
@@ -28,15 +28,15 @@ TARGETS = (Shell(0.5), ReachSphere())
 # prints its processes' numbers, then goes on counting
 COUNTING = """
 import os, signal, time
-from place_rings.objectives.pose_workers import PoseWorkers
+from place_rings.objectives.pose_workers import PoseWorkers, each_pose
 def number(pose):
     time.sleep(0.1)
     return os.getpid()
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored
-    with PoseWorkers(2) as workers:
-        print(*set(workers.each(number, 2)), flush=True)
-        workers.each(number, 10_000)
+    with PoseWorkers(2):
+        print(*set(each_pose(number, 2)), flush=True)
+        each_pose(number, 10_000)
 """
 
 
@@ -54,12 +54,12 @@ def two(found):
         yield workers
 
 
-def results(scene, setup, workers):
-    verifier = Verifier(scene, 0.1, workers=workers)
+def results(scene, setup):
+    verifier = Verifier(scene, 0.1)
     each = verify_targets(verifier, setup, TARGETS)
     each += by_occlusion(verifier, setup, each[0]).values()
     each.append(verifier.at_centres().verify(setup, TARGETS[0]))
-    return [replace(v, seconds=0.0) for v in each], unseeing(scene, setup, workers)
+    return [replace(v, seconds=0.0) for v in each], unseeing(scene, setup)
 
 
 @settings(max_examples=5)
@@ -70,7 +70,9 @@ def results(scene, setup, workers):
 )
 def test_divided_poses_have_the_records_of_one_process(two, angles, setup, occlusion):
     scene = replace(Scene.paper(), poses=tuple(map(Pose, angles)), occlusion=occlusion)
-    assert results(scene, setup, two) == results(scene, setup, ALONE)
+    with PoseWorkers(1):
+        alone = results(scene, setup)
+    assert results(scene, setup) == alone
 
 
 def process(_: int) -> int:
@@ -78,19 +80,37 @@ def process(_: int) -> int:
 
 
 def test_a_pose_stays_with_its_process(two):
-    first, again = (two.each(process, 11) for _ in range(2))
+    first, again = (each_pose(process, 11) for _ in range(2))
     assert first == again
     assert len(set(first)) == 2
     assert os.getpid() not in first
-    assert set(PoseWorkers(2).each(process, 3)) == {os.getpid()}  # outside of a block
+    with PoseWorkers(1):
+        assert set(each_pose(process, 3)) == {os.getpid()}
+    assert each_pose(process, 11) == first
 
 
 def test_a_process_that_ends_is_named():
-    with PoseWorkers(2) as workers:
-        os.kill(workers.each(process, 2)[1], signal.SIGTERM)
+    with PoseWorkers(2):
+        first = each_pose(process, 2)
+        os.kill(first[1], signal.SIGTERM)
         with pytest.raises(InputError) as caught:
-            workers.each(process, 10)
+            each_pose(process, 10)
+        assert not set(each_pose(process, 10)) & set(first)  # new ones
     assert caught.value.argument == "workers"
+
+
+def refuse(pose: int) -> int:
+    if pose == 6:
+        raise ValueError(pose)
+    return pose
+
+
+def test_an_error_at_a_pose_is_the_callers(two):
+    with pytest.raises(ValueError, match="6"):
+        each_pose(refuse, 11)
+    seen = list[int]()
+    assert each_pose(abs, 11, seen.append) == tuple(range(11))
+    assert sorted(seen) == list(range(11))
 
 
 def running(number: int) -> bool:
