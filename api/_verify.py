@@ -23,7 +23,7 @@ from .objectives.certificate import certificate, certified_shapes
 from .objectives.detection_share import detected
 from .objectives.object_bounds import SmallestObject
 from .objectives.options import VerifyOptions
-from .objectives.pose_workers import PoseWorkers
+from .objectives.pose_workers import PoseWorkers, active_workers
 from .objectives.scene import Scene
 from .objectives.smallest_object import smallest_objects
 from .objectives.verified import Verified, lifted
@@ -132,7 +132,8 @@ class VerifyCall(VerifyOptions, SetupCall):
     interval again."""
     progress: Callable[[Any], None] | None = field(default=None, kw_only=True)
     """Receives the index of each pose before the pose is counted; with ``rule`` certified the
-    interval after each pass."""
+    interval after each pass. With several ``workers`` it receives the index of each pose that is
+    counted."""
 
     def __post_init__(self) -> None:
         """Raise InputError for values out of range, or a rule that cannot count detection."""
@@ -153,8 +154,8 @@ def counted(call: VerifyCall) -> Coverage:
     if not call.certified:
         voxel = VOXEL if voxel is None else voxel
         check_scene(core, voxel)
-    key = "tell" if call.certified else "at"
-    calls: dict[str, Any] = {} if call.progress is None else {key: call.progress}
+    keys = ["tell" if call.certified else "at"] + ["at"] * (active_workers() > 1)
+    calls: dict[str, Any] = {} if call.progress is None else dict.fromkeys(keys, call.progress)
     memory = None if call.memory is None else call.memory * 1e9
     keep = call.certificate is not None
     verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, keep=keep, **calls)

@@ -5,10 +5,12 @@ A pose is always computed by the same process, which keeps the voxels of that po
 
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
-from multiprocessing import get_context
+from multiprocessing import current_process, get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from typing import Any, TypeVar
 from uuid import uuid4
@@ -59,11 +61,11 @@ class PoseWorkers:
                 for pose in some:
                     at(pose)
                 results |= some
-        except BaseException as error:
+        except _NotSentError:
             self._stop()
-            if isinstance(error, EOFError | OSError):
-                line = f"found {self.count}, one of which ended: {_NEEDS}"
-                raise InputError(line, "workers") from error
+            return tuple(map(function, range(poses)))
+        except BaseException:
+            self._stop()
             raise
         return tuple(results[i] for i in range(poses))
 
@@ -79,25 +81,48 @@ class PoseWorkers:
         while ready:
             for worker in ready:
                 if (some := next(tasks[worker], None)) is not None:
-                    worker.send((function, some))
+                    self._send(worker, (function, some))
                     busy.append(worker)
             ready = wait(busy) if busy else []
             for worker in ready:
                 busy.remove(worker)
-                results = worker.recv()
-                if isinstance(results, Exception):
-                    raise results
-                yield results
+                yield self._received(worker)
+
+    def _send(self, worker: Connection, task: tuple[Callable[[int], Any], range]) -> None:
+        try:
+            worker.send(task)
+        except OSError as error:
+            raise self._ended() from error
+        except Exception as error:  # which of them tells how the function was made
+            raise _NotSentError from error
+
+    def _received(self, worker: Connection) -> Any:
+        try:
+            results = worker.recv()
+        except (EOFError, OSError) as error:
+            raise self._ended() from error
+        if isinstance(results, Exception):
+            raise results
+        return results
+
+    def _ended(self) -> InputError:
+        line = f"found {self.count}, one of which ended: {_NEEDS}"
+        return InputError(line, "workers")
 
     def _start(self, count: int) -> None:
         """Start processes until there are ``count``."""
         threads = max(processors() // self.count, 1)
         context = get_context("spawn")  # the threads of libraries do not survive a fork
         while len(self._running) < count:
-            here, there = context.Pipe()
-            process = context.Process(target=_serve, args=(there, threads), daemon=True)
-            self._running.append((process, here))
-            process.start()
+            try:
+                here, there = context.Pipe()
+                process = context.Process(target=_serve, args=(there, threads), daemon=True)
+                self._running.append((process, here))
+                with _interrupts_later():
+                    process.start()
+            except OSError as error:
+                line = f"found {self.count}, of which {len(self._running)} could be started"
+                raise InputError(f"{line}: {error.strerror}", "workers") from error
             there.close()  # so that reading fails once the process has ended
 
     def _stop(self) -> None:
@@ -124,34 +149,74 @@ def each_pose(
     """Return ``function`` of each pose from 0 to ``poses`` - 1, by the active ``PoseWorkers``.
 
     Args:
-        function: can be pickled with all that it needs.
+        function: sent to other processes, if it can be pickled with all that it needs.
         poses: number of poses.
         at: called with each pose that another process has computed.
 
     Raises:
-        InputError: if a process ended: memory ran out, or a script starts processes whenever it is
-            imported.
+        InputError: if a process cannot be started, or ended: memory ran out, or a script starts
+            processes whenever it is imported.
     """
     active = _ACTIVE.get()
-    if active is None or active.count == 1 or poses == 1:
+    if active is None or active.count == 1 or poses == 1 or current_process().daemon:
         return tuple(map(function, range(poses)))
     return active.each(function, poses, at)
 
 
+@contextmanager
+def _interrupts_later() -> Iterator[None]:
+    """Hold Ctrl-C back; processes that start meanwhile never receive it, where POSIX has masks."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _serve(asked: Connection, threads: int) -> None:
-    """Compute what is asked for, until the process that asks has closed the connection or ended;
-    Ctrl-C is left to it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Compute what is asked for until the process that asks has closed the connection or ended."""
     os.environ["OMP_NUM_THREADS"] = str(threads)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         while True:
-            function, poses = asked.recv()
+            answer = _answer(asked)
             try:
-                asked.send({pose: function(pose) for pose in poses})
-            except Exception as error:
-                asked.send(error)
+                asked.send(answer)
+            except OSError:
+                raise
+            except Exception:
+                asked.send(_NotSentError())
     except (EOFError, OSError):
         return
+
+
+def _answer(asked: Connection) -> dict[int, Any] | Exception:
+    """Return the results of the next task, or the error that it raised."""
+    try:
+        function, poses = asked.recv()
+    except (EOFError, OSError):
+        raise
+    except Exception:
+        return _NotSentError()
+    try:
+        return {pose: function(pose) for pose in poses}
+    except Exception as error:
+        return error
+
+
+def _end_with_parent() -> None:
+    """End this process as soon as the one that started it has ended, also within a task."""
+    parent = parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
+
+
+class _NotSentError(Exception):
+    """A task or its results cannot be pickled, or the pickle not be read in another process."""
 
 
 class KeptVoxels(dict[tuple[Target, int], VoxelSet]):

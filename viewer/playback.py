@@ -10,7 +10,7 @@ from jaxtyping import Float
 from ..objectives.poses import Pose
 
 _WHOLE = 12.0  # s for all poses
-_PERIOD = 0.1  # s, shortest time between two poses
+_PERIOD, _LONGEST = 0.1, 1.0  # s, shortest and longest time between two poses
 
 
 class Player:
@@ -55,7 +55,7 @@ class Player:
     def _run(self, first: int, stop: threading.Event) -> None:
         self._changed(True)
         stride = max(math.ceil(self._count * _PERIOD / _WHOLE), 1)
-        period = max(_WHOLE * stride / self._count, _PERIOD) if self._count > 12 else 1.0
+        period = min(max(_WHOLE * stride / self._count, _PERIOD), _LONGEST)
         for pose in [*range(first, self._count - 1, stride), self._count - 1]:
             if stop.is_set():
                 break

@@ -53,6 +53,7 @@ def report(
 
     from ...formats.schema.written_models import ReportResult
     from ...formats.writing import made_folder
+    from ...objectives.pose_workers import PoseWorkers
     from ...reporting.setup_report.coverage_section import answer
     from ...reporting.setup_report.verdicts import verdicts
     from ...reporting.tables import count_error_line
@@ -62,7 +63,8 @@ def report(
     resolved = given.resolved(subject)
     resolved = replace(resolved, scene=with_floors(resolved.scene, require, "--require"))
     console = Terminal(stderr=True)
-    with made_folder(out):
+    workers = PoseWorkers.of_motion(len(resolved.scene.poses))
+    with made_folder(out), workers:
         page, facts = write_report(resolved, None, out, options, sys.argv[1:], console)
     pdf = page.with_name(PDF) if options.pdf else None
     if as_json:

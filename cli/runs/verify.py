@@ -1,6 +1,5 @@
 """Print the coverage of a setup."""
 
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -134,16 +133,13 @@ def _counted(
     workers = PoseWorkers.of_motion(poses, options.workers)
     with Terminal(stderr=True).status("counting") as status, workers:
 
-        def tell(b: Bracket) -> None:
-            status.update(
-                f"pass {b.passes}: {100 * b.low:.3f} … {100 * b.high:.3f} %, {b.cells:,} cells"
-            )
+        def progress(there: Bracket | int) -> None:
+            if isinstance(there, Bracket):
+                share = f"{100 * there.low:.3f} … {100 * there.high:.3f} %"
+                status.update(f"pass {there.passes}: {share}, {there.cells:,} cells")
+            elif poses > 1:
+                status.update(f"counting pose {there + 1} of {poses}")
 
-        def at(pose: int) -> None:
-            if poses > 1:
-                status.update(f"counting pose {pose + 1} of {poses}")
-
-        progress: Callable[[Any], None] = tell if options.certified else at
         more: dict[str, Any] = {"detect": question, "certificate": certificate}
         coverage = counted(VerifyCall(subject, progress=progress, **more, **vars(options)))
         coverage.records  # noqa: B018  (counts under the other models of occlusion)

@@ -105,12 +105,53 @@ def refuse(pose: int) -> int:
     return pose
 
 
+class OddError(Exception):
+    """Cannot be pickled, as it holds a function of its own."""
+
+    def __init__(self):
+        super().__init__(lambda: None)
+
+
+def odd(pose: int) -> int:
+    raise OddError
+
+
+def full(pose: int) -> None:
+    raise OSError(28, "no space left")
+
+
+def test_what_cannot_be_sent_is_computed_here(two):
+    assert each_pose(lambda pose: pose + 1, 11) == tuple(range(1, 12))
+    with pytest.raises(OddError):
+        each_pose(odd, 11)
+
+
 def test_an_error_at_a_pose_is_the_callers(two):
+    with pytest.raises(OSError, match="space"):
+        each_pose(abs, 11, full)
+    with pytest.raises(OSError, match="space"):
+        each_pose(full, 11)
     with pytest.raises(ValueError, match="6"):
         each_pose(refuse, 11)
     seen = list[int]()
     assert each_pose(abs, 11, seen.append) == tuple(range(11))
     assert sorted(seen) == list(range(11))
+
+
+@pytest.fixture
+def few_files():
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (len(os.listdir("/proc/self/fd")) + 8, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, before)
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="counts open files by /proc")
+def test_processes_that_cannot_be_started_are_named(few_files):
+    with PoseWorkers(40), pytest.raises(InputError) as caught:
+        each_pose(abs, 40)
+    assert caught.value.argument == "workers"
 
 
 def running(number: int) -> bool:

@@ -357,7 +357,7 @@ def test_a_waived_near_stop_is_recorded_whatever_the_scene_asks(monkeypatch, ask
     monkeypatch.setattr(
         readiness, "bounds_of_route", lambda *_: ([Mock(seconds=1, metres=1)], None)
     )
-    monkeypatch.setattr(readiness, "MovedRobot", Mock(return_value=Mock(spec=MovedRobot)))
+    monkeypatch.setattr(MovedRobot, "__init__", lambda *_: None)
     scene, said = replace(SCENE, motion=Motion(near_share=asked)), {}
     session = Mock(spec=Session, say=lambda what, **more: said.update({what: more}))
     options = replace(MOVING, allow_reduced_near_stop=True)

@@ -8,7 +8,6 @@ import threading
 import time
 from contextlib import contextmanager
 from dataclasses import replace
-from types import SimpleNamespace
 from unittest.mock import Mock
 
 import numpy as np
@@ -341,16 +340,8 @@ def test_messages_are_never_left_waiting(served, opened, monkeypatch):
     page.until(lambda: "message 23" in page.words, "the page gets no messages any more", 20)
 
 
-class Brief(threading.Event):
-    """An event that waits for a twentieth of the time."""
-
-    def wait(self, timeout=None):
-        return super().wait(None if timeout is None else timeout / 20)
-
-
 def test_it_plays_to_the_last_pose_and_draws_the_curve(served, opened, monkeypatch):
-    brief = SimpleNamespace(**{**vars(threading), "Event": Brief})
-    monkeypatch.setattr(playback, "threading", brief)
+    monkeypatch.setattr(playback, "_LONGEST", 0.05)
     page = opened()
     until(lambda: served.pages == 1, "the page is not kept")  # it shows ζ a little earlier
     (drawn,) = served._pages.values()
