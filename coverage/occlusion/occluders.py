@@ -101,7 +101,7 @@ def beams(
     return OccludedBeams(cones, dark, late, shadows)
 
 
-def _looks(looks: Beams, k: np.ndarray | slice) -> Beam:
+def _looks(looks: Beams, k: Any) -> Beam:
     """Return the cones ``k`` of ``looks``."""
     return Beam(*(np.asarray(getattr(looks, name))[k] for name in Beam._fields))
 

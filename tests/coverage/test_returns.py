@@ -8,11 +8,13 @@ import numpy as np
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.occlusion import occluders
+from place_rings.coverage.occlusion.first_return import capsule_gap
 from place_rings.coverage.occlusion.occluded_beams import OccludedBeams
 from place_rings.coverage.occlusion.occluders import Occluders, beams
 from place_rings.coverage.occlusion.occlusion_mode import OCCLUSIONS
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.cones import Cones, around
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.coverage.voxels.octree import count
 from place_rings.objectives.target_voxels import target_voxels
@@ -49,19 +51,31 @@ def test_counts_fall_from_model_to_model(scene, targets, separation):
     assert counted("returns", targets, separation + 0.1) <= each[2]
 
 
+@settings(max_examples=20)
+@given(SCENES)
+def test_the_coarse_search_keeps_each_body_that_meets_a_beam_and_few_others(scene):
+    cones, bodies = around(scene.cones), scene.occluders.bodies
+    beam = occluders._looks(cones, np.s_[:, None])
+    gap = capsule_gap(beam, *bodies.arrays())[0]  # (K, N)
+    near = occluders._near(cones, bodies)
+    assert near[gap <= 0].all()
+    length = np.linalg.norm(bodies.end - bodies.start, axis=-1)
+    assert (gap <= 0.005 * length + 1e-4)[near].all()
+
+
 @settings(max_examples=10)
 @given(SCENES, GENERATORS)
 def test_enough_targets_without_separation_miss_what_is_beside_a_body_only(scene, rng):
     """``shadow``, but for the distances at which bodies of the beam stand."""
-    cones, occluders = reporting(scene.cones, 100, 0.0), scene.occluders
+    cones, past = reporting(scene.cones, 100, 0.0), scene.occluders
     points = rng.uniform(-1.5, 1.5, (1000, 3))
-    reported, shadowed = (beams(cones, occluders, how) for how in ("returns", "shadow"))
-    bodies = occluders.bodies
+    reported, shadowed = (beams(cones, past, how) for how in ("returns", "shadow"))
+    bodies = past.bodies
     for k, apex in enumerate(cones.apex):
         away = np.linalg.norm(points - apex, axis=1)
         ends = np.linalg.norm(np.stack([bodies.start, bodies.end]) - apex, axis=2).max(axis=0)
         near = [(np.asarray(bodies.distance(apex[None])), ends + bodies.radius)]
-        for body in occluders.obstacles:
+        for body in past.obstacles:
             end = np.linalg.norm(body.edges - apex, axis=2).max(initial=0.0)
             near.append((np.array([body(apex[None])[0]]), np.array([end])))
         beside = [((n <= away[:, None]) & (away[:, None] < f)).any(axis=1) for n, f in near]
