@@ -68,10 +68,10 @@ def place(scene: Scene, options: SearchOptions, out: Path, as_json: bool) -> Non
         InfeasibleError: if no setup satisfies the rules of the scene.
     """
     console, log = Terminal(), Terminal(stderr=True)
-    with output_files(out, *_FILES.values(), keep=True) as new:
+    workers = PoseWorkers.of_motion(len(scene.poses))
+    with output_files(out, *_FILES.values(), keep=True) as new, workers:
         proposal = _searched(scene, options, log)
-        with PoseWorkers.of_motion(len(scene.poses)):
-            comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
+        comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
         with log.status("bounding the largest gap") if _gapped(scene) else nullcontext():
             mine = proposal.own_records(comparison)
         paths = {key: str(out / name) for key, name in _FILES.items()}
