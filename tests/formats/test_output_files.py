@@ -103,7 +103,7 @@ PLACE = ("--rings", "1", "--sensors", "4", "--time", "1", "--voxel", "0.1")
 
 @pytest.mark.slow
 def test_the_proposal_survives_where_the_picture_does_not_fit(tmp_path):
-    done = limited(tmp_path, 16_000)
+    done = limited(tmp_path, 100_000)  # above the texts, below the picture
     assert done.returncode == 2, done.stderr
     assert "placement.png" in done.stderr
     assert (tmp_path / "proposal.toml").is_file()
