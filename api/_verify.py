@@ -154,8 +154,11 @@ def counted(call: VerifyCall) -> Coverage:
     if not call.certified:
         voxel = VOXEL if voxel is None else voxel
         check_scene(core, voxel)
-    keys = ["tell" if call.certified else "at"] + ["at"] * (active_workers() > 1)
-    calls: dict[str, Any] = {} if call.progress is None else dict.fromkeys(keys, call.progress)
+    calls = dict[str, Any]()
+    if call.progress is not None:
+        calls["tell" if call.certified else "at"] = call.progress
+        if active_workers() > 1:  # other processes tell of poses only
+            calls["at"] = call.progress
     memory = None if call.memory is None else call.memory * 1e9
     keep = call.certificate is not None
     verifier = Verifier(core, voxel, call.rule, call.share, memory=memory, keep=keep, **calls)

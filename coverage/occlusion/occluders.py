@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..arrays import dot
+from ..arrays import Index, dot
 from ..solids.base import Parts
 from ..solids.beams import Beams
 from ..solids.capsule_shadows import capsule_shadow
@@ -90,36 +90,31 @@ def beams(
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
     separation = np.asarray(separations(cones, occlusion))
     one_zone = live & ~np.asarray(cones.is_zoned())
-    near = _near(around(cones), occluders.bodies)
-    dark, late = _dark(cones, np.flatnonzero(one_zone), occluders, near, separation, bracketed)
+    dark, late = _dark(cones, np.flatnonzero(one_zone), occluders, separation, bracketed)
     # beyond the first return of one target there is no shadow left to cast
     blinded = one_zone & np.isinf(separation[:, :1]).any(axis=1)
-    if looks is not None:
-        near = _near(looks, occluders.bodies)
-    looks = around(cones) if looks is None else looks
-    shadows = _shadows(cones, np.flatnonzero(live & ~blinded), occluders, near, looks)
+    shadows = _shadows(cones, np.flatnonzero(live & ~blinded), occluders, looks or around(cones))
     return OccludedBeams(cones, dark, late, shadows)
 
 
-def _looks(looks: Beams, k: Any) -> Beam:
-    """Return the cones ``k`` of ``looks``."""
+def _looks(looks: Beams, k: Index) -> Beam:
+    """Return the cones ``k`` (K,) of ``looks``."""
     return Beam(*(np.asarray(getattr(looks, name))[k] for name in Beam._fields))
 
 
-def _near(looks: Beams, bodies: Capsules | None) -> Bool[np.ndarray, "K N"]:
+def _near(looks: Beam, bodies: Capsules | None) -> Bool[np.ndarray, "K N"]:
     """Return which bodies meet each of the cones ``looks``, and a few that pass by within some
     thousandths of their axes."""
-    beam = _looks(looks, slice(None))
     if bodies is None:
-        return np.zeros((len(beam.apex), 0), bool)
+        return np.zeros((len(looks.apex), 0), bool)
     start, end, radius = bodies.start, bodies.end, bodies.radius  # (N, 3), (N, 3), (N,)
     way = (end - start) / 2
     half = np.sqrt(dot(way, way))
     ball = half + radius + _BALL_MARGIN
-    away = cone_gap(Beam(*(a[:, None] for a in beam)), (start + way)[None])  # (K, N)
+    away = cone_gap(Beam(*(a[:, None] for a in looks)), (start + way)[None])  # (K, N)
     near: np.ndarray = away <= ball
     k, n = np.nonzero(near)
-    each = Beam(*(a[k] for a in beam))
+    each = Beam(*(a[k] for a in looks))
     gap = capsule_gap(each, start[n], end[n], radius[n], _BALL_MARGIN, rounds=1)[0]
     near[k, n] = gap <= 2 * COARSE * half[n]
     return near
@@ -155,7 +150,6 @@ def _dark(
     cones: Beams,
     k: np.ndarray,
     occluders: Occluders,
-    near: Bool[np.ndarray, "K N"],
     separation: Float[np.ndarray, "K R"],
     bracketed: bool,
 ) -> tuple[Any, Any]:
@@ -168,9 +162,9 @@ def _dark(
         none = np.zeros((len(cones), 0, 2))
         return none, none
     looks, each = _looks(around(cones), k), []
-    far = _ends(np.asarray(looks.apex), occluders)
+    near, far = _near(looks, occluders.bodies), _ends(np.asarray(looks.apex), occluders)
     for margin in (MARGIN, -MARGIN) if bracketed else (0.0,):
-        first = _first_returns(looks, occluders, near[k], margin)
+        first = _first_returns(looks, occluders, near, margin)
         own = unreported(first - margin, far + margin, separation[k])
         dark = np.full((len(cones), *own.shape[1:]), np.inf)
         dark[k] = own
@@ -187,18 +181,14 @@ def _ends(apex: Float[np.ndarray, "K 3"], occluders: Occluders) -> Float[np.ndar
 
 
 def _shadows(
-    cones: Beams,
-    k: np.ndarray,
-    occluders: Occluders,
-    near: Bool[np.ndarray, "K N"],
-    looks: Beams,
+    cones: Beams, k: np.ndarray, occluders: Occluders, looks: Beams
 ) -> tuple[Shadows, ...]:
-    """Return the shadows in beams ``k`` of bodies that are ``near`` them, and of obstacles that
-    meet their cones ``looks``."""
+    """Return the shadows in beams ``k`` of what meets their cones ``looks``."""
     if len(k) == 0:
         return ()
-    apex, bodies, meets = np.asarray(cones.apex)[k], occluders.bodies, near[k]
-    met = np.isfinite(_in_obstacles(_looks(looks, k), occluders, 10 * MARGIN))
+    in_cones, bodies, apex = _looks(looks, k), occluders.bodies, np.asarray(cones.apex)[k]
+    meets = _near(in_cones, bodies)
+    met = np.isfinite(_in_obstacles(in_cones, occluders, 10 * MARGIN))
     # no cone holds the beams of these: they take the shadows of everything
     every = np.asarray(cones.is_wide())[k]
     meets[every], met[every] = True, True

@@ -9,7 +9,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.occlusion import occluders
-from place_rings.coverage.occlusion.first_return import capsule_gap
+from place_rings.coverage.occlusion.first_return import Beam, capsule_gap
 from place_rings.coverage.occlusion.occluded_beams import OccludedBeams
 from place_rings.coverage.occlusion.occluders import Occluders, beams
 from place_rings.coverage.occlusion.occlusion_mode import OCCLUSIONS
@@ -54,10 +54,10 @@ def test_counts_fall_from_model_to_model(scene, targets, separation):
 @settings(max_examples=20)
 @given(SCENES)
 def test_the_coarse_search_keeps_each_body_that_meets_a_beam_and_few_others(scene):
-    cones, bodies = around(scene.cones), scene.occluders.bodies
-    beam = occluders._looks(cones, np.s_[:, None])
+    looks = occluders._looks(around(scene.cones), np.arange(len(scene.cones)))
+    beam, bodies = Beam(*(a[:, None] for a in looks)), scene.occluders.bodies
     gap = capsule_gap(beam, *bodies.arrays())[0]  # (K, N)
-    near = occluders._near(cones, bodies)
+    near = occluders._near(looks, bodies)
     assert near[gap <= 0].all()
     length = np.linalg.norm(bodies.end - bodies.start, axis=-1)
     assert (gap <= 0.005 * length + 1e-4)[near].all()
